@@ -19,16 +19,16 @@ from markdown_it import MarkdownIt  # comes with rich, which the wheel needs
 ROOT = Path(__file__).resolve().parents[1]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
 RUN = ("sh", "python")
+#: kinds of blocks that contain nothing to run
 SHOWN = ("text", "toml", "{eval-rst}", "{include}", "{literalinclude}", "{raw}", "{toctree}")
-"""Kinds of blocks that contain nothing to run."""
 NOT_RUN = re.compile(r"<!-- not run: (\S.*) -->\n")
 BASH = ["bash", "-euxo", "pipefail", "-c"]
+#: replacements that shorten trainings from minutes to seconds
 FEWER = {"1_000_000": "20_000", "grind train ": "train_briefly "}
-"""Replacements that shorten trainings from minutes to seconds."""
+#: shell function for a short training; exit status 3 (the agent is not recommended) is no failure
 BRIEFLY = 'train_briefly() { grind train --steps 20000 --episodes 8 "$@" || [ $? = 3 ]; }\n'
-"""Shell function for a short training; exit status 3 (the agent is not recommended) is no failure."""
+#: standard input of the blocks: readings of two parts, as somebody types them at the machine
 READINGS = '{"mean_power": 2600, "peak_power": 2900}\n{"mean_power": 1700, "peak_power": 1900, "size_error": 1.5}\n'
-"""Standard input of the blocks: readings of two parts, as somebody types them at the machine."""
 WRITES = re.compile(r" (?:-o|--output|--plan|--plot|--record|--report|--submit) ([\w./-]+)")
 
 

@@ -2,8 +2,7 @@
 
 import sys
 
-INTERRUPTED = 130
-"""Exit status of a command that Ctrl-C ends."""
+INTERRUPTED = 130  #: exit status of a command that Ctrl-C ends
 
 
 def main() -> None:

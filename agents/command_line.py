@@ -24,13 +24,13 @@ class AgentCommands(HelpfulGroup):
 app = Application(
     cls=AgentCommands, no_args_is_help=True, help="Tune, train and compare policies, and run the published studies."
 )
+#: commands other than the studies, each with the options of two examples
 EXAMPLES: dict[str, tuple[Callable[..., None], str, str]] = {
     "tune": (tuning, "--task rush", "--task rush --policies belief_rule,look_ahead"),
     "benchmark": (benchmark, "", "--tasks core --kinds ppo,plain_gru@3M --seeds 3"),
     "video": (video, "--left adaptive_rule --output one.gif", "--left adaptive_rule --right E8000D0 --output two.gif"),
     "dataset": (dataset, "--task rush", "--policy adaptive_rule --episodes 50"),
 }
-"""Commands other than the studies, each with the options of two examples."""
 
 for name, (function, *examples) in EXAMPLES.items():
     epilog = "\n".join(f"python -m agents {name} {options}".rstrip() for options in examples)

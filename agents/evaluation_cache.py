@@ -27,14 +27,13 @@ from grind_env.policies.privileged_information import reveal
 from grind_env.policies.problem_lookup import Problem
 from grind_env.policies.scripted.rules import Random
 
-RUNS = ROOT / "runs"
-"""Folder of the cache."""
-RESULTS = ROOT / "agents" / "results"
-"""The checked-in results."""
+RUNS = ROOT / "runs"  #: folder of the cache
+RESULTS = ROOT / "agents" / "results"  #: the checked-in results
+#: number of episodes evaluated at once. A planner may share random moves among them, so the result depends on it
 CHUNK = 64
-"""Number of episodes evaluated at once. A planner may share random moves among them, so the result depends on it."""
 PROBES = 4
 REWARD = Outcome._fields.index("reward")
+#: prefixes of modules that decide observations or actions, but that the probe of a problem does not run
 UNPROBED = (
     "grind_env.belief.",
     "grind_env.envs.block_rollouts",
@@ -47,9 +46,8 @@ UNPROBED = (
     "grind_env.envs.wrappers",
     "grind_env.kernel.network_layers",
 )
-"""Prefixes of modules that decide observations or actions, but that the probe of a problem does not run."""
+#: prefixes of all modules with code of policies and of their training
 DECIDING = ("agents.", "grind_env.policies.", *UNPROBED)
-"""Prefixes of all modules with code of policies and of their training."""
 
 
 def cached_evaluation(

@@ -25,14 +25,14 @@ from grind_env.optional_libraries import needing
 
 Answers = Generator[tuple[Any, Any], None, None]
 
+#: environment of the workers, whose libraries read it when they are loaded
 ENVIRONMENT = {
     **dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1"),
     "RAY_USAGE_STATS_ENABLED": "0",
     "PYTHONWARNINGS": "ignore:resource_tracker",  # hides messages on leftovers of a killed parent
 }
-"""Environment of the workers, whose libraries read it when they are loaded."""
+#: number of times that Ray repeats a trial of a lost worker or node, and time limit of a cluster's answer, s
 RETRIES, ANSWER_SECONDS = 3, 5.0
-"""Number of times that Ray repeats a trial of a lost worker or node, and time limit of a cluster's answer, s."""
 KILLED = "its process was killed; the same command goes on with it"
 LOST = f"its worker or node was lost {1 + RETRIES} times; the same command goes on with it"
 HEAD = "give host:port as `ray start --head` prints it, and run `ray start --address` on this machine, too"

@@ -11,8 +11,7 @@ from grind_env.task_version import TASK_VERSION
 
 ROOT = Path(__file__).parents[1]
 
-TRAINING = ("stable_baselines3", "torch")
-"""Packages that only trainings need."""
+TRAINING = ("stable_baselines3", "torch")  #: packages that only trainings need
 
 
 def provenance(seeds: range, *, trains: bool = True) -> dict[str, str | int]:

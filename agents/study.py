@@ -26,8 +26,7 @@ from grind_env.policies.problem_lookup import Problem, find_problem
 from grind_env.policies.tuned_parameters import write_whole
 from grind_env.terminal_output import table_console
 
-Found = Mapping[Any, Any]
-"""Results by trial."""
+Found = Mapping[Any, Any]  #: results by trial
 LIBRARIES = ("numpy", "numba", "gymnasium", *TRAINING)
 
 Jobs = Annotated[int, typer.Option(min=1, help="Number of processes.")]

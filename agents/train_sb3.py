@@ -39,8 +39,7 @@ from grind_env.policy_commands import NamedProblem
 from grind_env.sb3 import SB3VecEnv
 from grind_env.training.gru_ppo import LAST_SEED
 
-CHECKPOINTS = 24
-"""Number of checkpoints in a training."""
+CHECKPOINTS = 24  #: number of checkpoints in a training
 VERSIONS = [installed(each) for each in ("grind_env", "numpy", "stable_baselines3", "torch")]
 
 

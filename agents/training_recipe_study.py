@@ -25,8 +25,7 @@ from grind_env.policies.tuned_parameters import write_whole
 
 SOURCE = ROOT / "docs" / "howto" / "train.md"
 BLOCK = re.compile(r"```python\n(.*?)```", re.DOTALL)
-TRAINS = "model.learn("
-"""Text that marks the Python block of the recipe."""
+TRAINS = "model.learn("  #: text that marks the Python block of the recipe
 BELIEF = re.compile(r"^envs = VectorBeliefFilter\(.*\n", re.MULTILINE)
 SEED, STEPS, TASK = "seed=0", "1_000_000", '"grind/PowerLimited-v0"'
 WAYS = {"measurements": "measurements", "belief": "measurements and belief"}
@@ -177,6 +176,7 @@ def scores(runs: Sequence[RecipeRow]) -> list[float]:
 
 
 COLUMNS = tuple(each.name for each in fields(RecipeRow))
+#: columns of the page; a row is for all seeds of a task and observation
 SHOWN = (
     Column("task", lambda runs: runs[0].task),
     Column("observation", lambda runs: WAYS[runs[0].sees]),
@@ -188,7 +188,6 @@ SHOWN = (
     Column("$ per good part", lambda runs: mean(each.cost_per_good_part for each in runs), ".2f"),
     Column("CPU-seconds of a seed", lambda runs: mean(each.cpu_seconds for each in runs), ".0f"),
 )
-"""Columns of the page; a row is for all seeds of a task and observation."""
 
 
 def page(found: Sequence[RecipeRow]) -> str:

@@ -20,21 +20,16 @@ from grind_env.policies.problem_lookup import Problem
 from grind_env.render.frames import TALL, render
 from grind_env.render.picture_data import EpisodePicture, PictureInstant
 
-COLOURS = 128
-"""Number of colours of an animation: a picture has few colours, and mixtures of them at its edges."""
-SAMPLES = 12
-"""Number of pictures from which the colours are taken."""
+COLOURS = 128  #: number of colours of an animation: a picture has few colours, and mixtures of them at its edges
+SAMPLES = 12  #: number of pictures from which the colours are taken
 
-PICTURE, LAST = 100, 3000
-"""Time for which a picture stays, and time of the last picture, ms."""
+PICTURE, LAST = 100, 3000  #: time for which a picture stays, and time of the last picture, ms
 MOST_BYTES = 1_500_000
 
-TURNS = 0.29
-"""Turns of the wheel from one picture to the next, as drawn."""
+TURNS = 0.29  #: turns of the wheel from one picture to the next, as drawn
 
 
-TRAINED = "trained agent"
-"""Title of all trained agents, because viewers do not know the names of algorithms."""
+TRAINED = "trained agent"  #: title of all trained agents, because viewers do not know the names of algorithms
 
 
 def watch(policy: Policy, problem: Problem, seed: int, frames: int, split: str = EVERY) -> Iterator[EpisodePicture]:

@@ -40,6 +40,7 @@ __all__ = [
 ]
 __version__ = "0.3.0"
 
+#: module and name of each object that is imported on first use, because its import is slow
 LAZY = {
     "calibrate": ("shop.python_api", "calibrate"),
     "evaluate": ("policies.scoring", "evaluate"),
@@ -54,7 +55,6 @@ LAZY = {
     "script_of": ("machine.script.script", "script_of"),
     "sweep": ("shop.python_api", "sweep"),
 }
-"""Module and name of each object that is imported on first use, because its import is slow."""
 
 register()
 

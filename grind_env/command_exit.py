@@ -14,8 +14,8 @@ from grind_env.message_text import printable
 
 BAD_INPUT = 2
 INTERRUPTED = 128 + signal.SIGINT
+#: exit status if the reader closes the pipe, as for any command that SIGPIPE ends; this is no error
 CLOSED_PIPE = 128 + 13
-"""Exit status if the reader closes the pipe, as for any command that SIGPIPE ends; this is no error."""
 
 
 @contextmanager

@@ -7,6 +7,7 @@ from typer.core import TyperArgument, TyperCommand, TyperGroup
 
 from grind_env.errors import GrindError
 
+#: new name of each renamed option; another command may still have an option of the old name
 RENAMED = {
     "--blocks": "--max-blocks",
     "--budget": "--max-scrap",
@@ -24,9 +25,9 @@ RENAMED = {
     "--why": "--explain",
     "--within": "--constraint",
 }
-"""New name of each renamed option; another command may still have an option of the old name."""
 
 PART, SETTINGS, RUNNING, OUTPUT = "Task, part and machine", "Settings", "Running", "Output"
+#: names of arguments by the group in which a help shows them; all others are settings
 GROUPS = {
     PART: "env task tasks family machines job program parts variables plant block_delete max_blocks groove_retract "
     "dress_at interrupts",
@@ -34,7 +35,6 @@ GROUPS = {
     OUTPUT: "output csv plot record report html submit write state force plan as_json explain window results published "
     "help",
 }
-"""Names of arguments by the group in which a help shows them; all others are settings."""
 GROUP_OF = {name: group for group, names in GROUPS.items() for name in names.split()}
 
 

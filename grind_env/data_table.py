@@ -17,12 +17,9 @@ from grind_env.message_text import printable
 if TYPE_CHECKING:
     from rich.console import Console, RenderableType
 
-NONE = "–"
-"""Text of a cell whose value is None."""
-STYLES = {"bad": "red", "poor": "yellow", "dim": "dim"}
-"""Colours of a terminal by the kind of a cell."""
-WIDEST = 10**6
-"""Greatest width of a table whose lines are not broken, characters."""
+NONE = "–"  #: text of a cell whose value is None
+STYLES = {"bad": "red", "poor": "yellow", "dim": "dim"}  #: colours of a terminal by the kind of a cell
+WIDEST = 10**6  #: greatest width of a table whose lines are not broken, characters
 
 Kind = Literal["good", "poor", "bad", "code", "dim", ""]
 

@@ -21,8 +21,8 @@ from grind_env.toml import files_named
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
+#: suffix of task files and job files; the default job of a program has the program's name with this suffix
 JOB_SUFFIX = ".toml"
-"""Suffix of task files and job files; the default job of a program has the program's name with this suffix."""
 
 
 class Reads(NamedTuple):
@@ -68,10 +68,8 @@ class Requests(NamedTuple):
 Role: TypeAlias = Reads | Writes | Keeps | Requests
 
 PROGRAM = Reads(programs=True)
-PROBLEM = Reads(programs=True)
-"""One or several problems, each a task (name or file) or a part program."""
-JOB, FILE, CONFIGS = Reads(), Reads(), Reads(within="*.toml")
-"""A job, any file, a folder of tuned parameters."""
+PROBLEM = Reads(programs=True)  #: one or several problems, each a task (name or file) or a part program
+JOB, FILE, CONFIGS = Reads(), Reads(), Reads(within="*.toml")  #: a job, any file, a folder of tuned parameters
 
 
 class Application(typer.Typer):

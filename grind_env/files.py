@@ -15,18 +15,12 @@ from typing import BinaryIO
 from grind_env.errors import GrindError
 from grind_env.message_text import closest, shortened
 
-MOST_BYTES = 64_000_000
-"""Largest input file, bytes; a part program of three million blocks is no longer."""
-PATIENCE = 1.0
-"""Time that a pipe without a writer may take to get one, s."""
-AT_ONCE = getattr(os, "O_NONBLOCK", 0)
-"""Flag to open a pipe without waiting for a process at its other end."""
-FORMULA = ("=", "+", "-", "@", "\t", "\r")
-"""Characters that begin a formula in a spreadsheet."""
-LIKENESS = 0.8
-"""Least similarity of a file name to a missing one at which the name is suggested."""
-LONGEST_PATH = 200
-"""Greatest number of characters of a path in a message."""
+MOST_BYTES = 64_000_000  #: largest input file, bytes; a part program of three million blocks is no longer
+PATIENCE = 1.0  #: time that a pipe without a writer may take to get one, s
+AT_ONCE = getattr(os, "O_NONBLOCK", 0)  #: flag to open a pipe without waiting for a process at its other end
+FORMULA = ("=", "+", "-", "@", "\t", "\r")  #: characters that begin a formula in a spreadsheet
+LIKENESS = 0.8  #: least similarity of a file name to a missing one at which the name is suggested
+LONGEST_PATH = 200  #: greatest number of characters of a path in a message
 
 
 class FileError(GrindError):

@@ -3,12 +3,9 @@
 import difflib
 from collections.abc import Iterable, Sequence
 
-LONGEST_QUOTE = 60
-"""Greatest number of characters that a message quotes from the input."""
-LONGEST_REASON = 160
-"""Greatest number of characters that a message quotes from another library's message."""
-MOST_LISTED = 20
-"""Greatest number of names from a file that a message lists."""
+LONGEST_QUOTE = 60  #: greatest number of characters that a message quotes from the input
+LONGEST_REASON = 160  #: greatest number of characters that a message quotes from another library's message
+MOST_LISTED = 20  #: greatest number of names from a file that a message lists
 
 
 def shortened(text: str, most: int = LONGEST_QUOTE) -> str:

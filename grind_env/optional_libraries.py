@@ -5,6 +5,7 @@ from contextlib import contextmanager
 
 from grind_env.errors import GrindError
 
+#: names of the libraries of the extras, by import name
 LIBRARIES = {
     "PIL": "Pillow",
     "jinja2": "Jinja2",
@@ -17,7 +18,6 @@ LIBRARIES = {
     "stable_baselines3": "Stable-Baselines3",
     "torch": "PyTorch",
 }
-"""Names of the libraries of the extras, by import name."""
 
 
 class MissingExtra(GrindError, ImportError):

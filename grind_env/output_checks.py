@@ -11,8 +11,7 @@ from typing import NamedTuple
 
 from grind_env.files import FileError, ReadError, check_target, is_file, open_file, shown, status_of
 
-HEAD = 1 << 16
-"""Number of bytes at the beginning of a file by which its kind is recognised."""
+HEAD = 1 << 16  #: number of bytes at the beginning of a file by which its kind is recognised
 
 
 class FileKind(NamedTuple):

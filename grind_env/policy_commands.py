@@ -35,8 +35,7 @@ Configs = Annotated[
 Trust = Annotated[
     bool, typer.Option("--trust", help="Load a .zip of Stable-Baselines3, which can run its author's code.")
 ]
-FALSE = 1
-"""Exit status of `grind verify` if a row does not hold."""
+FALSE = 1  #: exit status of `grind verify` if a row does not hold
 Split = Annotated[str, typer.Option(help="Drawn contexts: all, inner, interpolation, extrapolation.")]
 
 PLAYED = "# Written by `grind play`, and replaced when it is written again: change a copy of it.\n"

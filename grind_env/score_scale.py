@@ -19,11 +19,9 @@ from grind_env.toml import TomlError, read_toml, toml_text
 FILE = Path(__file__).with_name("envs") / "scores.toml"
 
 
-EPISODES = 256
-"""Evaluation episodes of the reference scores."""
+EPISODES = 256  #: evaluation episodes of the reference scores
 HEADING = "# Reference scores"
-VERSION = "task_version"
-"""Key of the task version of the scores."""
+VERSION = "task_version"  #: key of the task version of the scores
 
 
 class ScoreError(GrindError):

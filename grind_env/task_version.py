@@ -7,6 +7,7 @@ from grind_env.message_text import quoted
 
 TASK_VERSION = 4
 
+#: description of each version, the latest last
 HISTORY = {
     1: "the first tasks: D in equal bins over all of its component, constant readings and the true wheel diameter in"
     " the observation, wear that could cost more than the wheel",
@@ -16,7 +17,6 @@ HISTORY = {
     " between two blocks on a part takes a time; dressers, a slow table in Slot and limits of Ra by the model",
     4: "process version 4: the part is a slab on a chuck, and strokes use the true table speed",
 }
-"""Description of each version, the latest last."""
 
 
 def of_version(found: object) -> str:

@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from rich.console import Console
 
-UNBROKEN = 100_000
-"""Width of the output in a pipe or file, columns; no table or sentence is as wide."""
+UNBROKEN = 100_000  #: width of the output in a pipe or file, columns; no table or sentence is as wide
 
 
 def table_console() -> "Console":

@@ -20,14 +20,12 @@ from grind_env.machine.loops.table_speed import pace_of
 from grind_env.process.process_interface import PROCESS
 from grind_env.process.stroke_types import StrokeParameters, WheelState
 
+#: compiled loops of the package's process
 FEEDS, PLUNGES, TRAVERSES = loops_of(FEED), loops_of(CYCLE_KERNELS["G82"]), zoned_loops_of(CYCLE_KERNELS["G83"])
-"""Compiled loops of the package's process."""
 
-CYCLE = dtype_of(Stroking, PlungeCycle)
-"""Record of a G82 cycle."""
+CYCLE = dtype_of(Stroking, PlungeCycle)  #: record of a G82 cycle
 PARAMETERS, PART, TALLY = map(dtype_of, (StrokeParameters, PartState, Tally))
-WHEEL = dtype_of(WheelState, PROCESS.own)
-"""Record of a wheel with the state of the process."""
+WHEEL = dtype_of(WheelState, PROCESS.own)  #: record of a wheel with the state of the process
 
 
 def grind_cycles(cycles: Array, parameters: Array, wheels: Array, parts: Array, *, threads: int = 1) -> Array:

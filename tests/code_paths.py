@@ -14,14 +14,14 @@ import llvmlite.binding as llvm
 
 ROOT = Path(__file__).resolve().parents[1]
 
+#: features of a Haswell processor, as LLVM names them
 HASWELL = """
     64bit avx avx2 bmi bmi2 cmov crc32 cx16 cx8 f16c fma fsgsbase fxsr invpcid lzcnt mmx movbe pclmul popcnt rdrnd sahf
     sse sse2 sse3 sse4.1 sse4.2 ssse3 xsave xsaveopt
 """
-"""Features of a Haswell processor, as LLVM names them."""
 
+#: tests that take seconds in plain Python
 AFFORDABLE = ("tests/behaviour/test_programs.py", "tests/machine/test_equality.py", "tests/test_layers.py")
-"""Tests that take seconds in plain Python."""
 
 Environment = dict[str, str]
 

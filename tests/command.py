@@ -6,8 +6,8 @@ import pytest
 
 from grind_env.cli import main
 
+#: function that takes the words behind `grind` and returns exit status, output and errors
 Grind = Callable[..., tuple[int, str, str]]
-"""Function that takes the words behind `grind` and returns exit status, output and errors."""
 
 
 def status(*words: object) -> int:

@@ -23,12 +23,11 @@ settings.register_profile("commit", settings.get_profile("nightly"), max_example
 settings.load_profile("commit")
 
 TASKS = ("power_limited", "wide_rails", "reciprocation", "wide_plates", "job")
-ON_COMMITS = {*TASKS, *map(environment_id, TASKS)}
-"""One environment of each form."""
+ON_COMMITS = {*TASKS, *map(environment_id, TASKS)}  #: one environment of each form
 
 
+#: folders of the first of two processes; the second one has all others. Each takes half of the time
 FIRST_HALF = {"agents", "control", "machine", "pages", "shop", "soak"}
-"""Folders of the first of two processes; the second one has all others. Each takes half of the time."""
 
 
 def pytest_ignore_collect(collection_path: Path) -> bool | None:

@@ -6,8 +6,7 @@ from typing import Any
 import pytest
 from hypothesis import settings
 
-ALL = 100
-"""Number of examples in the profile `nightly`."""
+ALL = 100  #: number of examples in the profile `nightly`
 
 
 def examples(count: int) -> settings:

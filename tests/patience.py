@@ -3,8 +3,7 @@
 import time
 from collections.abc import Callable
 
-PATIENCE = 1800.0
-"""Seconds after which a wait fails; even a busy machine never takes that long."""
+PATIENCE = 1800.0  #: seconds after which a wait fails; even a busy machine never takes that long
 
 
 def wait_until(condition: Callable[[], object]) -> None:

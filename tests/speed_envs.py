@@ -24,14 +24,11 @@ from tests.batches import PLUNGES
 
 compile_at_once()
 
+#: tasks of G82 blocks, timed beside their kernel
 TASKS = ("Slot", "PowerLimited", "WideRails", "Blades", "Rush", "JobShop", "CBN", "Oracle6")
-"""Tasks of G82 blocks, timed beside their kernel."""
-SIZES = (64, 256, 1024, 4096)
-"""Numbers of environments in a vector env."""
-WITH_RESETS, BYTES = 1.3, 5000.0
-"""Targets: vector steps over their kernel; bytes that an environment takes up."""
-SECONDS = 1.0
-"""Approximate time of the measurement of each task and size."""
+SIZES = (64, 256, 1024, 4096)  #: numbers of environments in a vector env
+WITH_RESETS, BYTES = 1.3, 5000.0  #: targets: vector steps over their kernel; bytes that an environment takes up
+SECONDS = 1.0  #: approximate time of the measurement of each task and size
 
 
 class EmptyEnv(gym.Env[Any, Any]):

@@ -16,8 +16,7 @@ from grind_env.pages import page
 from grind_env.process.catalogue import load_catalogue
 
 LONG = "a" * 1_000_000
-MOST = 400
-"""Characters of a message about hostile input, without the folder of its file."""
+MOST = 400  #: characters of a message about hostile input, without the folder of its file
 
 
 @given(st.text(max_size=60).filter(str.isprintable))

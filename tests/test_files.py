@@ -37,6 +37,7 @@ def catalogue_of_a_job(path: Path) -> object:
     return load_job(job)
 
 
+#: every reader of a user's file, by the name of a file that it reads
 READERS: dict[str, Callable[[Path], object]] = {
     "part.nc": read_file,
     "part.toml": load_job,
@@ -49,7 +50,6 @@ READERS: dict[str, Callable[[Path], object]] = {
     "study.csv": read_study,
     PARQUET: lambda path: read_results(path.parent),
 }
-"""Every reader of a user's file, by the name of a file that it reads."""
 ENDLESS = {
     "/dev/zero": lambda path: path.symlink_to("/dev/zero"),
     "/dev/random": lambda path: path.symlink_to("/dev/random"),

@@ -5,8 +5,8 @@ from collections import Counter
 from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
+#: names still shared: one of the two classes is in compiled code, where a new name recompiles all kernels
 SHARED = {"Block", "Entry", "Fixed", "Infeed", "Place", "Signals"}
-"""Names still shared: one of the two classes is in compiled code, where a new name recompiles all kernels."""
 
 
 def test_no_two_classes_share_a_name() -> None:

@@ -74,12 +74,12 @@ def test_every_path_argument_is_declared_as_read_or_written(name: str) -> None:
 
 CATALOGUES = '[catalogue]\nfiles = ["{}"]\n'
 BESIDE = {"part.toml": CATALOGUES.format("shop.toml"), "shop.toml": "# shop\n"}
+#: a program and its subprograms; the job beside it and another job, each with its catalogue
 PROGRAMS = {
     "part.nc": "N10 G81 X9. P9100\n",
     "O9100.nc": "O9100 (OURS)\nM98 P0009200\nM99\n",
     "O9200.nc": "O9200\nG65 P7\nM99\n",
 }
-"""A program and its subprograms; the job beside it and another job, each with its catalogue."""
 JOBS = {"job.toml": CATALOGUES.format("tools/own.toml"), "tools/own.toml": "# own\n"}
 TASKS = {
     "task.toml": 'base = "base.toml"\n' + CATALOGUES.format("lots.toml"),

@@ -27,10 +27,9 @@ from grind_env.training import gru_ppo
 from grind_env.training.gru_ppo import Settings, form_of, policy_of, shown
 
 LIBRARIES = ("torch", "numpy")
+#: further modules that decide the result of a training; modules for the output of `gru_ppo` do not
 BESIDE = ("grind_env.envs.learning_scales", "grind_env.policies.learned.agent_spaces")
-"""Further modules that decide the result of a training; modules for the output of `gru_ppo` do not."""
-POINTS, CURVE_EPISODES = 16, 64
-"""Number of points of a learning curve, and number of validation episodes per point."""
+POINTS, CURVE_EPISODES = 16, 64  #: number of points of a learning curve, and number of validation episodes per point
 
 
 class AgentTraining(NamedTuple):

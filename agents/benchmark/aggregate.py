@@ -12,8 +12,8 @@ from grind_env.array_types import Array
 from grind_env.policies.registry import REFERENCE
 from grind_env.policies.score_statistics import Interval, ScoredRuns, interquartile_mean, mean_score, resampled_runs
 
+#: policy that replaces another in tasks with one kind of block, where both are equal
 SINGLE_KIND = {"constant_per_kind": "constant"}
-"""Policy that replaces another in tasks with one kind of block, where both are equal."""
 
 MEASURES: dict[str, Callable[[Array], Array]] = {"IQM": interquartile_mean, "mean": mean_score}
 

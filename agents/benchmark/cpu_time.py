@@ -7,11 +7,10 @@ from grind_env.policies.planners import hindsight
 from grind_env.policies.registry import REFERENCE
 
 TRAINING = {"gru": 80.0, "belief": 55.0}
+#: measured CPU time of a million training steps, s, of plain agents by memory, and of the recipe
 RECIPE_TRAINING = 100.0
-"""Measured CPU time of a million training steps, s, of plain agents by memory, and of the recipe."""
 DECISION = {"hindsight": 6e-3, "belief_planner": 2.6e-3, "mpc": 1.1e-3, "look_ahead": 6e-4}
-USUAL_DECISION = 6e-5
-"""Measured CPU time of a decision, s, of slow policies and of all others."""
+USUAL_DECISION = 6e-5  #: measured CPU time of a decision, s, of slow policies and of all others
 
 
 def training_seconds(cell: BenchmarkCell, request: Request) -> float:

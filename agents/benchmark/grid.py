@@ -9,12 +9,11 @@ from grind_env.policies.problem_lookup import Problem
 from grind_env.policies.registry import REFERENCE
 
 EPISODES, INTERPOLATION_EPISODES, PLANTS_EPISODES = 512, 256, 256
+#: number of trainings of every kind in a task, and of every kind with more than a million steps
 SEEDS, LONGER_SEEDS = 5, 3
-"""Number of trainings of every kind in a task, and of every kind with more than a million steps."""
+#: longer trainings, and their tasks
 LONGER = {"plain_gru@3M": CORE, "plain_gru@10M": ("power_limited", "wide_plates", "blades")}
-"""Longer trainings, and their tasks."""
-MORE_SEARCH = f"{REFERENCE}{AT}12"
-"""Hindsight with four times the search: shows whether 100 is near the optimum."""
+MORE_SEARCH = f"{REFERENCE}{AT}12"  #: hindsight with four times the search: shows whether 100 is near the optimum
 
 
 def grid(

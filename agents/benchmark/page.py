@@ -16,8 +16,7 @@ from grind_env.policies.registry import REFERENCE
 from grind_env.policies.score_statistics import CLIP, Interval, ScoredRuns
 
 MEASUREMENTS, STATE, _ = KNOWLEDGE
-ON_STATE = "mpc"
-"""The planner on the true state."""
+ON_STATE = "mpc"  #: the planner on the true state
 PICTURES = {
     "iqm": "Interquartile mean and mean of the score over tasks",
     "curves": "Score on validation seeds over the steps of the training",

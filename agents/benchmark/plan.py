@@ -16,24 +16,20 @@ from grind_env.policies.tuned_parameters import ConfigError
 
 FLAGSHIP = "power_limited"
 EMPIRICAL, ON_BELIEF = "empirical_rule", "belief_planner"
-LONG = (REFERENCE, ON_BELIEF, "mpc")
-"""Policies that take long to run: the planners."""
+LONG = (REFERENCE, ON_BELIEF, "mpc")  #: policies that take long to run: the planners
 EPISODES, INTERPOLATION_EPISODES, PLANTS_EPISODES = 128, 64, 64
 ROBUST = "robust"
+#: kinds of agents of `grind_env/training/gru_ppo.py`, with their memory; `robust` is trained on public machines
 PLAIN: dict[str, Literal["gru", "belief"]] = {"plain_gru": "gru", "plain_belief": "belief", ROBUST: "gru"}
-"""Kinds of agents of `grind_env/training/gru_ppo.py`, with their memory; `robust` is trained on public machines."""
-RECIPE = "ppo"
-"""Kind of agent that the recipe of `docs/howto/train.md` trains, with Stable-Baselines3."""
+RECIPE = "ppo"  #: kind of agent that the recipe of `docs/howto/train.md` trains, with Stable-Baselines3
 KINDS, USUAL_KINDS = (*PLAIN, RECIPE), (RECIPE, "plain_gru")
-LAST_SEED = 398
-"""Last seed of trainings: a larger seed would use validation seeds for episodes (`gru_ppo.LAST_SEED`)."""
+LAST_SEED = 398  #: last seed of trainings: a larger seed would use validation seeds for episodes (`gru_ppo.LAST_SEED`)
+#: sets of out-of-model machines for training and for judging, one machine in every episode
 PUBLIC, HELD_OUT = "public", "held-out"
-"""Sets of out-of-model machines for training and for judging, one machine in every episode."""
-AT = "@"
-"""Separator in a variant's name: `plain_gru@3M` is trained for more steps, `hindsight@12` sweeps more often."""
+AT = "@"  #: separator in a variant's name: `plain_gru@3M` is trained for more steps, `hindsight@12` sweeps more often
 STEPS = re.compile(r"([1-9]\d{0,2})M")
-LIMIT = 1_000_000
-"""Number of blocks that training or tuning may grind in the budget class 1M; the other class is open."""
+LIMIT = 1_000_000  #: number of blocks that training or tuning may grind in the budget class 1M; the other class is open
+#: work whose E and D are chosen in a core task, and hidden state
 ABOUT = {
     "power_limited": ("60 wide plates at the power limit", "lot's dulling rate"),
     "reciprocation": ("plates with continuous infeed", "lot's dulling rate"),
@@ -43,7 +39,6 @@ ABOUT = {
     "rush": ("orders with due dates", "lot's dulling rate"),
     "job_shop": ("parts of three kinds", "lot's dulling rate"),
 }
-"""Work whose E and D are chosen in a core task, and hidden state."""
 
 
 class BenchmarkCell(NamedTuple):

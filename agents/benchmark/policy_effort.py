@@ -14,14 +14,11 @@ from grind_env.policies.privileged_information import reveal
 from grind_env.policies.registry import REFERENCE
 from grind_env.policies.tuned_parameters import read_tuned, tuned_folder
 
-EPISODES = 16
-"""Number of validation episodes on which a decision is timed."""
+EPISODES = 16  #: number of validation episodes on which a decision is timed
+#: policies that use the equations with nominal constants, to estimate or follow the wheel
 NOMINAL = ("adaptive_rule", "belief_rule", "look_ahead", ON_BELIEF)
-"""Policies that use the equations with nominal constants, to estimate or follow the wheel."""
-EXACT = ("mpc", REFERENCE)
-"""Policies that use the simulator with the true lot and wheel of the episode."""
-RULE = {"mpc": "full_state_rule"}
-"""Tuned rule of a policy, if the rule has another name."""
+EXACT = ("mpc", REFERENCE)  #: policies that use the simulator with the true lot and wheel of the episode
+RULE = {"mpc": "full_state_rule"}  #: tuned rule of a policy, if the rule has another name
 
 
 def model_of(cell: BenchmarkCell) -> str:

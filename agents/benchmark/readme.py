@@ -18,8 +18,8 @@ README = ROOT / "README.md"
 BEGIN, END = "<!-- results -->", "<!-- end of results -->"
 PAGE = "agents/results/README.md"
 CORE_BEGIN, CORE_END = "<!-- core tasks -->", "<!-- end of core tasks -->"
+#: policies of the table in the README, by the names that `grind evaluate --policy` takes
 ROWS = ("constant", "look_ahead", "belief_planner", *TRAINED, REFERENCE)
-"""Policies of the table in the README, by the names that `grind evaluate --policy` takes."""
 
 
 def section(results: Sequence[Result]) -> str:

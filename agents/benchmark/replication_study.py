@@ -24,10 +24,10 @@ from grind_env.policies.problem_lookup import Problem
 from grind_env.policies.score_statistics import prediction
 from grind_env.policies.tuned_parameters import ConfigError, write_whole
 
+#: first seed of each set; no seed of the sets is in a range of `grind_env.policies.evaluation.SEEDS`
 FIRSTS = (11_000_000, 12_000_000, 13_000_000)
-"""First seed of each set; no seed of the sets is in a range of `grind_env.policies.evaluation.SEEDS`."""
+#: machines that grind, by the prefix of the columns of a result
 PLACES = {"": "the model", PLANTS: "held-out machines"}
-"""Machines that grind, by the prefix of the columns of a result."""
 CSV, PAGE, TITLE = "replications.csv", "replications.md", "# Replications"
 COLUMNS = ("task", "policy", "seed", "on", "first", "published", "low", "high", "found", "holds")
 BEGINS = {CSV: ",".join(COLUMNS), PAGE: TITLE}

@@ -104,17 +104,17 @@ class Result:
 
 
 INTERPOLATION, PLANTS = "interpolation_", "plants_"
+#: prefixes of the columns of the split `all`, of the split `interpolation`, and of held-out machines
 PREFIXES = ("", INTERPOLATION, PLANTS)
-"""Prefixes of the columns of the split `all`, of the split `interpolation`, and of held-out machines."""
 EPISODES = (*(f"{prefix}{name}" for prefix in PREFIXES for name in ("cost", "good")), "curve_steps", "curve_score")
 COLUMNS = [each.name for each in fields(Result) if each.name not in EPISODES]
+#: types of columns by the annotations of `Result`
 TYPES = {
     **dict.fromkeys((int, int | None), pyarrow.int64()),
     **dict.fromkeys((float, float | None), pyarrow.float64()),
     **dict.fromkeys((str, str | None), pyarrow.string()),
     Episodes: pyarrow.list_(pyarrow.float32()),
 }
-"""Types of columns by the annotations of `Result`."""
 SCHEMA = pyarrow.schema([(each.name, TYPES[each.type]) for each in fields(Result)])
 
 

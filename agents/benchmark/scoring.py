@@ -15,8 +15,7 @@ from grind_env.policies import score_statistics
 from grind_env.policies.registry import FIXED_PLANS, REFERENCE, UNIFORM_PLANS
 from grind_env.score_scale import find_reference
 
-Draws = tuple[Array, Array]
-"""Values of k results, shape (k,), and values of each resample, shape (resamples, k)."""
+Draws = tuple[Array, Array]  #: values of k results, shape (k,), and values of each resample, shape (resamples, k)
 
 
 class Sampled:

@@ -12,15 +12,12 @@ from grind_env.data_table import NONE, Column, Table, table_of
 from grind_env.envs.task_names import CORE
 from grind_env.policies.score_statistics import Interval
 
+#: information that policies see, from least to most; the order of the table
 KNOWLEDGE = ("measurements", "state", "future")
-"""Information that policies see, from least to most; the order of the table."""
 UNTRAINED = ("scripted", "planner")
-KINDS = (*UNTRAINED, "learned")
-"""Kinds of policies in the results."""
-ON_SCREEN = 8
-"""Number of columns that fit on a terminal."""
-MEANS = ("blocks", "decision_ms", "train_seconds")
-"""Columns of results whose mean over the runs is in a line."""
+KINDS = (*UNTRAINED, "learned")  #: kinds of policies in the results
+ON_SCREEN = 8  #: number of columns that fit on a terminal
+MEANS = ("blocks", "decision_ms", "train_seconds")  #: columns of results whose mean over the runs is in a line
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -29,8 +29,7 @@ from grind_env.score_scale import find_reference
 if TYPE_CHECKING:
     from minari import MinariDataset
 
-PLACE = "MINARI_DATASETS_PATH"
-"""Environment variable that names the folder in which Minari keeps datasets."""
+PLACE = "MINARI_DATASETS_PATH"  #: environment variable that names the folder in which Minari keeps datasets
 
 
 def dataset(

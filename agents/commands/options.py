@@ -11,12 +11,12 @@ from grind_env.command_exit import INTERRUPTED
 from grind_env.file_arguments import PROBLEM
 
 TASKS = "--tasks", "--task", "--env", "--program"
+#: option for tasks; the help of each command says its default
 Tasks = Annotated[
     str | None,
     typer.Option(*TASKS, help="core, all, or tasks, ids, task files, programs, with commas."),
     PROBLEM,
 ]
-"""Option for tasks; the help of each command says its default."""
 
 
 @contextmanager

@@ -20,8 +20,7 @@ from grind_env.policy_commands import Configs, JobFile, Parts
 from grind_env.score_scale import EPISODES as SCORE_EPISODES
 from grind_env.terminal_output import table_console
 
-DRESSES = RESULTS / "dress_study"
-"""Folder of the tables and pictures of the dress study."""
+DRESSES = RESULTS / "dress_study"  #: folder of the tables and pictures of the dress study
 
 
 def plants(

@@ -14,10 +14,9 @@ from grind_env.render.curve_data import BLUE, GREEN, GREY, ORANGE
 
 COLOURS = {"measurements": BLUE, "state": ORANGE, "future": GREEN}
 TITLE = 10
-WIDTH = 9.0
-"""Width of the figure, inches; at 90 dots per inch about the width of a page of the site."""
+WIDTH = 9.0  #: width of the figure, inches; at 90 dots per inch about the width of a page of the site
+#: ratio of the cost to the best plan above which the figure leaves out an interval; the table has all intervals
 DEAREST = 20.0
-"""Ratio of the cost to the best plan above which the figure leaves out an interval; the table has all intervals."""
 
 
 def dress_figure(found: Sequence[DressFinding], title: str) -> Figure:

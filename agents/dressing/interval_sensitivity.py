@@ -21,11 +21,11 @@ from grind_env.shop.sweep.study import SweepRanges, cheapest, sweep
 
 PROGRAMS, RANGES, PARTS = ("plate_g82", "rail_g83"), SweepRanges(E=(10_000.0, 30_000.0), every=(1, 16)), 30
 NOMINAL, ALL = "nominal", "all at once"
+#: standard deviations from the catalogue's number to the ends of its range, which holds 90 of 100 machines
 ENDS = {"low": -1.645, "high": 1.645}
-"""Standard deviations from the catalogue's number to the ends of its range, which holds 90 of 100 machines."""
 SPREADS = {**USUAL_SPREADS, "material.power_factor": USUAL_RESIDUAL}
+#: ends of numbers without a spread: part height in the job, mm; thermal expansion of the catalogue's steels, 1/K
 STATED = {"part.height": (10.0, 40.0), "material.thermal_expansion": (10.5e-6, 13e-6)}
-"""Ends of numbers without a spread: part height in the job, mm; thermal expansion of the catalogue's steels, 1/K."""
 PICTURE = "figures/intervals.png"
 PAGE = f"[How to read it](../../docs/benchmark/dress-study.md)\n\n![Best interval and loss by number]({PICTURE})"
 

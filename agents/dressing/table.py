@@ -72,6 +72,7 @@ def read_studies(folder: Path) -> list[DressStudy]:
     return [each for each in studies if each.task_version == TASK_VERSION]
 
 
+#: columns of the page, with a row per study
 COLUMNS = (
     Column("task", "plan.task"),
     Column("episodes", "episodes"),
@@ -87,4 +88,3 @@ COLUMNS = (
     Column("fixed plan with it, $", lambda study: study.cost(study.dresser)),
     Column("best passes", lambda study: study.often and f"{study.often.passes} {study.cost(study.often)}"),
 )
-"""Columns of the page, with a row per study."""

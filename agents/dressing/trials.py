@@ -23,10 +23,9 @@ from grind_env.policies.registry import policy_names
 from grind_env.policies.tuned_parameters import write_whole
 
 PICTURE = FileKind("picture of `python -m agents dress-study`, whose table would lie beside it", lambda head: False)
-PLANNED = 4e-6
-"""CPU-seconds of a block under a fixed plan."""
+PLANNED = 4e-6  #: CPU-seconds of a block under a fixed plan
+#: policies that do not decide when to dress
 BASELINES = ("random", "handbook", "constant", "constant_per_kind", "interval")
-"""Policies that do not decide when to dress."""
 
 
 @dataclass(frozen=True)

@@ -15,8 +15,7 @@ from grind_env.shop.advise.adviser_policy import AdviserPolicy
 from grind_env.shop.advise.rehearsal import LOTS, BatchResult, Decide, advised, as_programmed, ground
 from grind_env.training.baselines import EVERY, RATIOS, Programmed
 
-EARLY = 14
-"""Number of first parts in which an adviser still has few readings."""
+EARLY = 14  #: number of first parts in which an adviser still has few readings
 
 
 def answer(machine: StudyMachine, episodes: int, *_: object) -> dict[str, float]:

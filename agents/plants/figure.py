@@ -11,10 +11,9 @@ from matplotlib.ticker import NullFormatter, ScalarFormatter
 from agents.benchmark.figures import COLOURS, DPI, GREY, WIDTH, plain
 from agents.plants.trials import Found, PlantsTrial
 
+#: height of the line of a family, inches, and distance of the compared costs in it, in lines
 LINE, BETWEEN = 0.34, 0.22
-"""Height of the line of a family, inches, and distance of the compared costs in it, in lines."""
-LEAST, MOST = 0.2, 5.0
-"""Ends of the axis; values beyond are drawn at the ends."""
+LEAST, MOST = 0.2, 5.0  #: ends of the axis; values beyond are drawn at the ends
 TICKS = (0.25, 0.5, 1.0, 2.0, 4.0)
 
 

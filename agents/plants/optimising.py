@@ -20,10 +20,9 @@ from grind_env.shop.optimise.result import Optimised
 from grind_env.shop.possible_machines import CondemnedError
 from grind_env.shop.trials import LotUse, lots_of, trials_of
 
+#: number of parts in a batch, number of lots that judge it, and time of a search, s
 PARTS, LOTS, SECONDS = 30, 64, 25.0
-"""Number of parts in a batch, number of lots that judge it, and time of a search, s."""
-JUDGES = 7
-"""Seed of the lots that judge; no search uses this seed."""
+JUDGES = 7  #: seed of the lots that judge; no search uses this seed
 
 
 def real(programs: Programs, job: Job) -> tuple[float, float]:

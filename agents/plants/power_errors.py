@@ -20,9 +20,9 @@ from grind_env.machine.job.job_file import load_job
 from grind_env.shop.calibrate.log_calibration import calibrate
 from grind_env.shop.calibrate.result import Calibration
 
+#: volume added to V' in the regression, mm3/mm; depth, mm, below which nothing is cut; weight, over all rows, of the
+#: prior for terms that no row determines: power goes with the removal rate, to the power .8, and not with the volume
 EARLY, LEAST, WEAK = 10.0, 1e-5, 1e-3
-"""Volume added to V' in the regression, mm3/mm; depth, mm, below which nothing is cut; weight, over all rows, of the
-prior for terms that no row determines: power goes with the removal rate, to the power .8, and not with the volume."""
 TO_A_CHIP = np.array([[0.0, 1.0, -1.0, 0.0], [0.0, 0.0, 0.0, 1.0], [0.0, 1.0, 0.0, 0.0]]), np.array([0.0, 0.0, 0.8])
 
 
@@ -60,8 +60,8 @@ def predicted(coefficients: Array, cuts: MeanCuts) -> Array:
     return np.where(cuts.a > LEAST, cuts.b * np.exp(cuts.terms @ coefficients), 0.0)
 
 
+#: predicted cuts: factors on E and on picks, and whether there are dresses; the logs have E times 0.8 to 1.2
 OTHERS = ((1.0, 1.0, True), (0.6, 1.0, True), (1.5, 1.0, True), (1.0, 0.5, True), (1.0, 1.6, True), (1.3, 1.4, False))
-"""Predicted cuts: factors on E and on picks, and whether there are dresses; the logs have E times 0.8 to 1.2."""
 
 
 def answer(machine: StudyMachine, *_: object) -> dict[str, float]:

@@ -18,11 +18,9 @@ FEED, PICK, DRESSES = (
     re.compile(rf"(?<![A-Z]){word}", re.IGNORECASE) for word in (f"E{NUMBER}", f"J(-?){NUMBER}", r"D\d+")
 )
 COMMENT = re.compile(r"(\([^)\n]*\)|;[^\n]*)")
-INFEED = re.compile(r"(G0?1 Y-\.\d+ F)(\.\d+)", re.IGNORECASE)
-"""Infeed motion while the table runs."""
+INFEED = re.compile(r"(G0?1 Y-\.\d+ F)(\.\d+)", re.IGNORECASE)  #: infeed motion while the table runs
 NEXT = "G80\nM00\n"
-HEAD = re.compile(r"\s*(%|[O:]\d+|$)", re.IGNORECASE)
-"""Start of a line that precedes the first block."""
+HEAD = re.compile(r"\s*(%|[O:]\d+|$)", re.IGNORECASE)  #: start of a line that precedes the first block
 END, LABEL = re.compile(r"(?<![A-Z])M0?(30|2)(?!\d)", re.IGNORECASE), re.compile(r"^\s*N\d+\s*", re.IGNORECASE)
 FILES = re.compile(r"^files\s*=\s*\[[^\]]*\]", re.MULTILINE)
 CATALOGUE = re.compile(r"^\[catalogue\][^\n]*$", re.MULTILINE)

@@ -18,17 +18,15 @@ from grind_env.machine.job import Job
 from grind_env.machine.record import GrindingRecord
 from grind_env.plants import Plant, find_plant
 
-INTERVAL, MARGIN = 0.1, 15.0
-"""Time between samples, and time before and after the batch, s."""
+INTERVAL, MARGIN = 0.1, 15.0  #: time between samples, and time before and after the batch, s
+#: idle power, W, amplitude, W, and period, s, of its slow swing, and noise of a sample, W
 IDLE, SWING, SWINGS, NOISE = 600.0, 20.0, 700.0, 15.0
-"""Idle power, W, amplitude, W, and period, s, of its slow swing, and noise of a sample, W."""
+#: time that the operator takes at a stop, s, and pattern of the codes of a stop
 PAUSE, STOP = 8.0, re.compile(r"\bM0[01]\b")
-"""Time that the operator takes at a stop, s, and pattern of the codes of a stop."""
 FEEDS = (1.0, 1.0, 0.8, 1.2, 1.0, 0.9, 1.1, 1.0)
+#: factor on the E of the program, and whether the wheel is dressed, part by part
 DRESSED = (True, False, False, True, False, False, True, False)
-"""Factor on the E of the program, and whether the wheel is dressed, part by part."""
-SIZE_NOISE, ROUGHNESS_NOISE = 1.0, 0.05
-"""Standard deviations of a gauged size, um, and of a gauged Ra, relative."""
+SIZE_NOISE, ROUGHNESS_NOISE = 1.0, 0.05  #: standard deviations of a gauged size, um, and of a gauged Ra, relative
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -17,8 +17,7 @@ from grind_env.plants import find_plant
 from grind_env.plants.plant_names import MODEL, PUBLIC_FAMILIES
 from grind_env.toml import files_named
 
-PARTS = 60
-"""Number of parts in a batch."""
+PARTS = 60  #: number of parts in a batch
 
 
 class StudyProgram(NamedTuple):
@@ -45,11 +44,10 @@ SHIPPED = (
     ("rail", examples.path("rail_g83.nc")),
     ("die", Path(__file__).with_name("parts") / "die_g82.nc"),
 )
+#: part programs of the study by their names
 PROGRAMS = {name: StudyProgram(name, path, path.with_suffix(".toml")) for name, path in SHIPPED}
-"""Part programs of the study by their names."""
 FAMILY_NAMES = (MODEL.name, *(each.name for each in PUBLIC_FAMILIES))
-KEPT_OUT = ("bursts", "graded")
-"""Families on which nothing of the package was tuned."""
+KEPT_OUT = ("bursts", "graded")  #: families on which nothing of the package was tuned
 
 
 class StudyMachine(NamedTuple):

@@ -11,12 +11,12 @@ from agents.evaluation_cache import RUNS, sources
 from agents.plants.study_machines import StudyMachine
 from agents.provenance import ROOT
 
+#: module of `agents.plants` whose `answer(machine, episodes, runs)` answers each question
 QUESTIONS = {"calibrate": "power_errors", "optimise": "optimising", "advise": "advising", "robust": "robust_agent"}
-"""Module of `agents.plants` whose `answer(machine, episodes, runs)` answers each question."""
+#: prefixes of the modules whose code decides the results, and folder of the catalogue
 DECIDING, DATA = ("agents.benchmark.agent_training", "agents.plants.", "grind_env."), ROOT / "grind_env" / "process"
-"""Prefixes of the modules whose code decides the results, and folder of the catalogue."""
+#: measured time of a cell of each question on one core, h; `robust` also trains agents, for minutes each
 HOURS = {"calibrate": 0.005, "optimise": 0.027, "advise": 0.001, "robust": 0.002}
-"""Measured time of a cell of each question on one core, h; `robust` also trains agents, for minutes each."""
 
 Found = Mapping[str, float]
 

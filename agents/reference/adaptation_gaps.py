@@ -20,6 +20,8 @@ from grind_env.policies.problem_lookup import Problem
 from grind_env.policies.registry import ABLATIONS, REFERENCE, make_policy, policy_names
 from grind_env.policies.score_statistics import Interval, bootstrap
 
+#: compared policies: the best plan without sensors; the adaptive rule for one decision, and for both; the cheapest
+#: scripted policy on measurements; the planner that knows the state; the planner that knows the future
 FIXED, SPEED, DRESS, BOTH, BEST, PLANNER, HINDSIGHT = ROLES = (
     "fixed plan",
     "E alone",
@@ -29,16 +31,12 @@ FIXED, SPEED, DRESS, BOTH, BEST, PLANNER, HINDSIGHT = ROLES = (
     "planner",
     "hindsight",
 )
-"""Compared policies: the best plan without sensors; the adaptive rule for one decision, and for both; the cheapest
-scripted policy on measurements; the planner that knows the state; the planner that knows the future."""
+#: knowledge of the rule on the state before a block: the dullness of the wheel, alone, with the dulling rate of the
+#: lot, or with the Ra of wheel and part; or all
 DULLNESS, GROWTH, ROUGHNESS, STATE = KNOWN = ("dullness", "dullness, growth", "dullness, Ra", "full state")
-"""Knowledge of the rule on the state before a block: the dullness of the wheel, alone, with the dulling rate of the
-lot, or with the Ra of wheel and part; or all."""
 ADAPTING_E, ADAPTING_D = "adapting E", "adapting D"
-AGAINST = {ADAPTING_E: DRESS, ADAPTING_D: SPEED}
-"""Role from which a saving is counted, if not from the fixed plan."""
-DOES = {ADAPTING_E: BOTH, ADAPTING_D: BOTH}
-"""Role that saves, for savings whose name is not a role."""
+AGAINST = {ADAPTING_E: DRESS, ADAPTING_D: SPEED}  #: role from which a saving is counted, if not from the fixed plan
+DOES = {ADAPTING_E: BOTH, ADAPTING_D: BOTH}  #: role that saves, for savings whose name is not a role
 
 
 @dataclass(frozen=True, slots=True)

@@ -20,15 +20,13 @@ from grind_env.policies.registry import REFERENCE, make_policy, policy_names
 from grind_env.policies.tuned_parameters import write_whole
 from grind_env.score_scale import FILE, HEADING, Mean, Reference, read_references, write_text
 
-EVALUATIONS = 300
-"""Number of evaluations of each CMA-ES run of a policy that has not been tuned yet."""
+EVALUATIONS = 300  #: number of evaluations of each CMA-ES run of a policy that has not been tuned yet
+#: policies that take seconds per evaluation. They have few parameters, whose first values are near the best
 SLOW = ("look_ahead",)
-"""Policies that take seconds per evaluation. They have few parameters, whose first values are near the best."""
-SLOW_EVALUATIONS, SLOW_STARTS = 40, 2
-"""Number of evaluations of each CMA-ES run of a slow policy, and number of runs."""
+SLOW_EVALUATIONS, SLOW_STARTS = 40, 2  #: number of evaluations of each CMA-ES run of a slow policy, and number of runs
 
+#: least gain of the planner over the fixed plan's return, as a share; with less gain a score would be noise
 NEARLY = 0.02
-"""Least gain of the planner over the fixed plan's return, as a share; with less gain a score would be noise."""
 
 
 def study(asked: StudyOptions) -> Study:

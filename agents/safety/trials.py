@@ -27,16 +27,15 @@ from grind_env.process.cost import NO_LIMIT, STALL
 from grind_env.training import gru_ppo
 from grind_env.training.gru_ppo import Settings
 
+#: planners on measurements and on the state, and decimals of a budget. The budget of a task is the geometric mean of
+#: both planners' scrap: the second planner keeps it, the first does not. This measured budget fits any task
 PLANNERS, DIGITS = ("look_ahead", "mpc"), 4
-"""Planners on measurements and on the state, and decimals of a budget. The budget of a task is the geometric mean of
-both planners' scrap: the second planner keeps it, the first does not. This measured budget fits any task."""
-VALIDATED = 128
-"""Number of validation episodes of the planners."""
+VALIDATED = 128  #: number of validation episodes of the planners
 UNCONSTRAINED, LAGRANGIAN = "plain_gru", "plain_gru, Lagrangian"
 RULES = ("constant", "guarded:look_ahead", *PLANNERS)
+#: limits that a block can violate. Power over its limit costs time. A stall of the spindle, or size, Ra or temperature
+#: rise beyond its limit condemns a part (`process.cost.passed_limits`)
 LIMITS = ("power", "stall", "size", "Ra", "burn")
-"""Limits that a block can violate. Power over its limit costs time. A stall of the spindle, or size, Ra or temperature
-rise beyond its limit condemns a part (`process.cost.passed_limits`)."""
 
 COST, FINISHED, GOOD = (Outcome._fields.index(name) for name in ("cost", "finished", "good"))
 POWER, TORQUE, SIZE, ROUGHNESS, RISE = (

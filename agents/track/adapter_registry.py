@@ -6,6 +6,7 @@ from grind_env.envs.simulation import Simulation
 from grind_env.policies.policy import Policy
 from grind_env.policies.policy_lookup import named_policy
 
+#: class of each adapter, by its name
 ADAPTERS = {
     "calibrated": "agents.track.learning_policies:CalibratedPlanner",
     "empirical_rule_learns": "agents.track.learning_policies:LearningRule",
@@ -14,7 +15,6 @@ ADAPTERS = {
     "fine_tuned": "agents.track.retraining:FineTuned",
     "robust_calibrated": "agents.track.retraining:RobustCalibrated",
 }
-"""Class of each adapter, by its name."""
 
 
 def make_adapter(name: str, model: Simulation) -> Policy:

@@ -24,10 +24,8 @@ from grind_env.policies.scripted.empirical_rule import EmpiricalRule
 from grind_env.policies.track import SHIFTS, TrackShift
 from grind_env.training.gru_ppo import Settings
 
-STEPS = 5_000_000
-"""Number of environment steps of the training of `rl2`."""
-PLANNER = "look_ahead"
-"""The planner on the belief."""
+STEPS = 5_000_000  #: number of environment steps of the training of `rl2`
+PLANNER = "look_ahead"  #: the planner on the belief
 
 
 @dataclass

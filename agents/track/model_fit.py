@@ -43,17 +43,12 @@ CONSTANTS = (
     Constant(("corrected_speed",), 0.2),
     Constant(("corrected_volume",), 0.1),
 )
-MISFIT = 4.0
-"""Factor on the standard deviation of a forecast, because no model equals the machine."""
-CLIPPED = 4.0
-"""Largest forecast error that counts, in these increased standard deviations."""
-LEAST_CHANCE = 0.01
-"""Probability that a part is bad, or good, for a reason that the model does not know."""
-SIZED = 0.8
-"""Share of the tolerance beyond which the size explains a bad part."""
+MISFIT = 4.0  #: factor on the standard deviation of a forecast, because no model equals the machine
+CLIPPED = 4.0  #: largest forecast error that counts, in these increased standard deviations
+LEAST_CHANCE = 0.01  #: probability that a part is bad, or good, for a reason that the model does not know
+SIZED = 0.8  #: share of the tolerance beyond which the size explains a bad part
+#: Gauss-Newton search: rounds, finite difference, halvings of a move, and bound, in standard deviations of the prior
 ROUNDS, STEP, HALVINGS, FARTHEST = 3, 0.1, 3, 2.5
-"""Gauss-Newton search: rounds, finite difference, halvings of a move, and bound, in standard deviations of the
-prior."""
 
 
 class Innovations(Watch):

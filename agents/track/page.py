@@ -12,8 +12,8 @@ from grind_env.data_table import table_of
 from grind_env.policies.track import BASELINE, SHIFTS, TASK
 
 RUN = ("task", "plant", "adapter", "seed")
+#: columns of the CSV: cost per block, $, scrap share and CPU time, s, of a run; cost per block of each shift, $
 COLUMNS = (*RUN, "cost", "scrap", "cpu_seconds", *(f"cost_{k}" for k in range(1, SHIFTS + 1)))
-"""Columns of the CSV: cost per block, $, scrap share and CPU time, s, of a run; cost per block of each shift, $."""
 WHAT = f"""\
 Each policy grinds {SHIFTS} shifts of 60 blocks on each of {{machines}} machines, with the lots of {{seeds}} seeds. All
 blocks count. `{PLAN}`, `{PLANNER}` and `{TRAINED}` are privileged: they are tuned or trained on the machine itself, and

@@ -19,15 +19,14 @@ from grind_env.policies.problem_lookup import Problem, find_problem
 from grind_env.policies.track import TrackShift
 from grind_env.training.gru_ppo import Agent, Settings, acting_part, likelihood, policy_of, take_over, train
 
-MOMENT = 2
-"""Number of shifts after which the model is fitted and the agent trained on it."""
+MOMENT = 2  #: number of shifts after which the model is fitted and the agent trained on it
+#: settings of the further training: the critic alone for 31,000 of the steps
 FURTHER = Settings(steps=200_000, envs=64, learning_rate=1e-3, critic_first=8, guess=0.0)
-"""Settings of the further training: the critic alone for 31,000 of the steps."""
+#: settings of fine-tuning: discount per block, clip of PPO, learning rate and number of gradient steps after a shift,
+#: and divergence from `robust` beyond which no step is made
 GAMMA, CLIP, LEARNING_RATE, GRADIENT_STEPS, BOUND = 0.9, 0.2, 3e-4, 20, 0.1
-"""Settings of fine-tuning: discount per block, clip of PPO, learning rate and number of gradient steps after a shift,
-and divergence from `robust` beyond which no step is made."""
+#: temperature of the drawn actions. On eight public machines, draws at 1 cost more than the agent learned from them
 TEMPERATURE = 0.3
-"""Temperature of the drawn actions. On eight public machines, draws at 1 cost more than the agent learned from them."""
 
 
 @dataclass(frozen=True)

@@ -20,14 +20,12 @@ from grind_env.policies.tuned_parameters import arguments
 from grind_env.training.gru_ppo import Settings
 
 PLAN, PLANNER, TRAINED = "plan", "planner", "trained_on_machine"
-SCALES = "scales"
-"""Name, in place of an adapter, for plan and planner."""
-EVALUATIONS, STARTS, EPISODES = 300, 2, 48
-"""Numbers of evaluations, CMA-ES runs and episodes for tuning on a machine."""
+SCALES = "scales"  #: name, in place of an adapter, for plan and planner
+EVALUATIONS, STARTS, EPISODES = 300, 2, 48  #: numbers of evaluations, CMA-ES runs and episodes for tuning on a machine
 TRAININGS, STEPS = 3, 1_000_000
+#: first horizon of the planner, blocks, and gain of a doubled horizon, points of the track score, below which the
+#: search stops
 HORIZON, ENOUGH = 10, 0.5
-"""First horizon of the planner, blocks, and gain of a doubled horizon, points of the track score, below which the
-search stops."""
 
 
 class MachineRuns(NamedTuple):

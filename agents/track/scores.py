@@ -17,8 +17,7 @@ from grind_env.task_version import TASK_VERSION
 
 RESAMPLES = 2000
 ANCHORS = "track_anchors.csv"
-Ground: TypeAlias = Mapping[str, Mapping[str, MachineRuns]]
-"""Runs by machine and name of the policy."""
+Ground: TypeAlias = Mapping[str, Mapping[str, MachineRuns]]  #: runs by machine and name of the policy
 
 
 class Anchors(NamedTuple):

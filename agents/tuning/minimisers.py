@@ -13,14 +13,12 @@ import numpy as np
 from grind_env.files import read_text
 from grind_env.policies.tuned_parameters import write_whole
 
+#: function that returns the costs of several points, which it may evaluate together
 Costs = Callable[[Sequence[Any]], Sequence[float]]
-"""Function that returns the costs of several points, which it may evaluate together."""
 
-TOGETHER = 16
-"""Number of grid points that are evaluated together."""
+TOGETHER = 16  #: number of grid points that are evaluated together
 
-STEPS = (1.05, 1.02, 1.01)
-"""Factors of the steps that refine a number, one after the other."""
+STEPS = (1.05, 1.02, 1.01)  #: factors of the steps that refine a number, one after the other
 
 
 class BestPoint(NamedTuple):

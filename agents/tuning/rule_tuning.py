@@ -41,10 +41,8 @@ from grind_env.policies.tuned_parameters import (
 
 SPEEDS = 20
 INTERVAL_SPEEDS = 12
-INTERVALS = (2, 3, 4, 5, 6, 8, 10, 12, 16, 20, 24, 32, 48)
-"""Tried numbers of blocks from one dress to the next."""
-COST_DIGITS = 1e-3
-"""Tolerance of the cost of an episode in a file, $."""
+INTERVALS = (2, 3, 4, 5, 6, 8, 10, 12, 16, 20, 24, 32, 48)  #: tried numbers of blocks from one dress to the next
+COST_DIGITS = 1e-3  #: tolerance of the cost of an episode in a file, $
 
 
 class SideBySide:

@@ -61,6 +61,7 @@ ADAPTIVE = (
     Coefficient("gS", 0.0, 0.1),
     Coefficient("wS", 0.1, 0.1),
 )
+#: coefficients of the rules that CMA-ES tunes
 RULES: dict[str, tuple[Coefficient, ...]] = {
     "constant_per_kind": (
         Coefficient("E", 12_000.0, 0.4, positive=True, by_kind=True),
@@ -97,7 +98,6 @@ RULES: dict[str, tuple[Coefficient, ...]] = {
     "roughness_rule": (*SHARPNESS, ROUGHNESS),
     "full_state_rule": (*SHARPNESS, *GROWTH, ROUGHNESS),
 }
-"""Coefficients of the rules that CMA-ES tunes."""
 
 
 def vector_size(coefficients: tuple[Coefficient, ...], task: Task) -> int:

@@ -12,12 +12,11 @@ from sphinx.application import Sphinx
 
 from grind_env.process.entries import Choice, Quantity
 
-COLON = "\ue000"
-"""Replacement of a colon while napoleon reads."""
+COLON = "\ue000"  #: replacement of a colon while napoleon reads
 BEFORE_NAPOLEON, AFTER_NAPOLEON = 100, 900
 ANNOTATED = re.compile(r"~?(?:typing|types)?\.?Annotated\[(.+?), ~?[\w.]*?(?:Quantity|Choice)\(.*?\)\]")
+#: pattern of a process or gauge as default: Sphinx prints its functions and then cannot parse the signature
 MADE_OF_FUNCTIONS = re.compile(r"((?:Process|Gauge) = )\(.+?\)(?=, \w+: )")
-"""Pattern of a process or gauge as default: Sphinx prints its functions and then cannot parse the signature."""
 FIELD = re.compile(r"^:ivar (\w+): ")
 
 

@@ -8,8 +8,7 @@ from xml.sax.saxutils import escape
 
 WIDTH, HEIGHT = 400, 568
 LEFT, RIGHT = 14, 208
-COLUMN = 178
-"""Left ends and width of the two columns; lines run beside and between them."""
+COLUMN = 178  #: left ends and width of the two columns; lines run beside and between them
 STYLE = """\
 .flow { max-width: 31rem; width: 100%; height: auto; display: block; margin: 1rem auto; font-size: 12.5px; }
 .flow rect { fill: var(--color-background-secondary, #f8f9fb); stroke: var(--color-foreground-border, #878787); }
@@ -80,10 +79,9 @@ ARROWS = (
     "M70 470 V506",  # time to cost
     "M262 470 V506",  # limits to cost
 )
+#: lines without a tip, which join the line from force and heat to the limits
 JOINTS = ("M192 196 H200", "M192 268 H200")
-"""Lines without a tip, which join the line from force and heat to the limits."""
-SECOND = {"Limits": "how likely the part is scrap", "Time": "and loading"}
-"""Third lines of boxes that have one."""
+SECOND = {"Limits": "how likely the part is scrap", "Time": "and loading"}  #: third lines of boxes that have one
 
 
 def flow() -> str:

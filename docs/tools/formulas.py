@@ -21,8 +21,8 @@ from grind_env.toml import read_toml
 
 SYMBOLS = read_toml(Path(__file__).parent / "symbols.toml")
 EQUATIONS = frozenset(name for name, value in vars(equations).items() if callable(value))
+#: pattern of a name that is one letter with an index
 INDEXED = re.compile(r"([A-Za-z])(?:_([a-z]+)|([A-Z]?[a-z]?\d?|max))$")
-"""Pattern of a name that is one letter with an index."""
 INDEX = re.compile(r"_(?:(\w)|\{([\w,]+)\})")
 LN = r"\ln "
 SPACE = r" \\, "

@@ -18,10 +18,8 @@ from grind_env.policies.problem_lookup import find_problem
 from grind_env.render.frames import render
 
 ON_SHEET = (*CORE, "CBN")
-COLUMNS, WIDTH, GAP = 3, 480, 8
-"""Columns of the sheet; width of a picture and gap between pictures, px."""
-SHARE = 0.4
-"""Share of an episode that is over in the picture."""
+COLUMNS, WIDTH, GAP = 3, 480, 8  #: columns of the sheet; width of a picture and gap between pictures, px
+SHARE = 0.4  #: share of an episode that is over in the picture
 UNDER = (244, 244, 240)
 
 

@@ -9,8 +9,7 @@ from pathlib import Path
 
 from PIL import Image
 
-MOST = 12_000_000
-"""Largest permitted size of the site, bytes."""
+MOST = 12_000_000  #: largest permitted size of the site, bytes
 
 
 def lighter(data: bytes) -> bytes:

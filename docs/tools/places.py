@@ -9,12 +9,12 @@ from sphinx.application import Sphinx
 
 ROOT = Path(__file__).parents[2]
 BEGINS = r"(?<![\w./~-])"
+#: replacements of the checkout, of hidden folders in the home folder, and of temporary folders
 PLACES = (
     (re.compile(rf"{BEGINS}{re.escape(str(ROOT))}/"), ""),
     (re.compile(rf"{BEGINS}{re.escape(str(Path.home()))}(?=/\.)"), "~"),
     (re.compile(rf"{BEGINS}{re.escape(gettempdir())}/tmp\w+"), "/tmp/..."),
 )
-"""Replacements of the checkout, of hidden folders in the home folder, and of temporary folders."""
 
 
 def setup(app: Sphinx) -> dict[str, bool]:

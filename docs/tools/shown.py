@@ -18,10 +18,8 @@ from pictures import lighter
 ROOT = Path(__file__).parents[2]
 KEPT, EXECUTED = ROOT / "notebooks", ROOT / "build" / "notebooks"
 VARIES = "varies"
-MOST = 400_000
-"""Largest permitted size of a notebook in git, bytes."""
-ADDRESS = re.compile(r" at 0x[0-9a-f]+|/tmp/\S+")
-"""Pattern of texts that differ in every process."""
+MOST = 400_000  #: largest permitted size of a notebook in git, bytes
+ADDRESS = re.compile(r" at 0x[0-9a-f]+|/tmp/\S+")  #: pattern of texts that differ in every process
 
 Notebook = dict[str, Any]
 

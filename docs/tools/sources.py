@@ -26,19 +26,17 @@ from grind_env.pages.__main__ import write as write_pages
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
 RESULTS = ROOT / "agents" / "results"
+#: places of the generated pages that do not describe a task
 NOT_TASKS = {
     "fields.md": "reference/fields.md",
     **{name: name for name in ("validation.md", "validation.png", "validation.csv", "plants.md")},
 }
-"""Places of the generated pages that do not describe a task."""
 PAGES = (".md", ".png", ".svg", ".toml", ".nc", ".csv")
-UNSEEN = ("Job-v0.md", "Task-v0.md")
-"""Pages without a picture, because their ids need a file."""
+UNSEEN = ("Job-v0.md", "Task-v0.md")  #: pages without a picture, because their ids need a file
 GALLERY = "![Eight tasks in the middle of an episode](../images/gallery.png)"
+#: head of a page that the search leaves out, because it contains nearly every word
 NOT_SEARCHED = b"---\nnosearch: true\n---\n\n"
-"""Head of a page that the search leaves out, because it contains nearly every word."""
-Page = tuple[str, bytes]
-"""Path in the folder, and content."""
+Page = tuple[str, bytes]  #: path in the folder, and content
 
 
 def by_hand() -> Iterator[Page]:

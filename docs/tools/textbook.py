@@ -12,11 +12,9 @@ from collections.abc import Callable, Iterator
 from textwrap import dedent
 from typing import Any
 
-GUARD = 1e-6
-"""Largest constant that counts as a guard, in a sum or as a lower bound."""
+GUARD = 1e-6  #: largest constant that counts as a guard, in a sum or as a lower bound
 PER = "per_"
-Line = tuple[ast.expr | None, ast.expr]
-"""Left side (None for a result) and right side."""
+Line = tuple[ast.expr | None, ast.expr]  #: left side (None for a result) and right side
 
 
 def temperature(heat: float, work: float, film: float, kfilm: float, Tb: float) -> float:

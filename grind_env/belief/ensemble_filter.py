@@ -28,12 +28,9 @@ from grind_env.process.cost import Limits, survival
 from grind_env.process.stroke_and_dress import dressed_wheel
 from grind_env.process.stroke_types import StrokeParameters, WheelState
 
-SMALLEST_POWER = 1.0
-"""Power that is added before a logarithm is taken, because a power may be 0, W."""
-LEAST_VARIANCE = 1e-18
-"""Variance of the predicted readings up to which an ensemble learns nothing from a reading."""
-NEW_WHEEL = 1.0
-"""Growth of the diameter from block to block above which the wheel counts as a new one, mm."""
+SMALLEST_POWER = 1.0  #: power that is added before a logarithm is taken, because a power may be 0, W
+LEAST_VARIANCE = 1e-18  #: variance of the predicted readings up to which an ensemble learns nothing from a reading
+NEW_WHEEL = 1.0  #: growth of the diameter from block to block above which the wheel counts as a new one, mm
 AREA, DIAMETER = WheelState._fields.index("A"), WheelState._fields.index("ds")
 FLAT_LIMIT = StrokeParameters._fields.index("Amax")
 

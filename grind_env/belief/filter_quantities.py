@@ -6,11 +6,10 @@ from typing import Any, NamedTuple
 from grind_env.kernel import exp, inlined
 from grind_env.kernel.row_accessors import column_reader, column_writer
 
-CUT = 1.8
-"""Standard deviations at which log-normal factors are cut, so that every wheel keeps the limits at some E."""
+CUT = 1.8  #: standard deviations at which log-normal factors are cut, so that every wheel keeps the limits at some E
 
+#: the factors of a block, each on the stroke parameter of the same name
 FACTORS = ("kA", "pm", "hf", "fc", "Gref", "ra_scale")
-"""The factors of a block, each on the stroke parameter of the same name."""
 
 
 class Hidden(NamedTuple):
@@ -66,10 +65,10 @@ class Belief(NamedTuple):
     burnt: Any  #: probability that the last block burnt the part
 
 
+#: index of the hidden number of the mounted wheel; each new wheel draws this number
 WHEEL = Hidden._fields.index("wheel_growth")
-"""Index of the hidden number of the mounted wheel; each new wheel draws this number."""
+#: index of the first hidden number of the lot; all numbers from this index on belong to the lot
 LOT = Hidden._fields.index("lot_growth")
-"""Index of the first hidden number of the lot; all numbers from this index on belong to the lot."""
 
 read_signals, read_hidden, write_belief = column_reader(Signals), column_reader(Hidden), column_writer(Belief)
 read_judged = column_reader(Judged)

@@ -25,8 +25,7 @@ from grind_env.errors import GrindError
 from grind_env.machine.loops.stroke_totals import Tally
 
 MEAN_POWER = slice(Tally._fields.index("power_1"), Tally._fields.index("power_6") + 1)
-DRAWS = 64
-"""Number of samples in the hypercube; after the last one the filter starts again with the first."""
+DRAWS = 64  #: number of samples in the hypercube; after the last one the filter starts again with the first
 
 
 class BeliefError(GrindError):

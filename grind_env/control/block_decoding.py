@@ -13,8 +13,7 @@ from grind_env.control.modes import ACTIONS, MACHINE_COORDINATES, MODAL_MACROS, 
 from grind_env.control.numbers import NumberFormat
 
 LENGTHS = frozenset("XYZIJKQR")
-PROGRAM_FLOW = frozenset({2, 30, 98, 99})
-"""M words that end or call a program; a block holds one of them at most."""
+PROGRAM_FLOW = frozenset({2, 30, 98, 99})  #: M words that end or call a program; a block holds one of them at most
 
 
 @dataclass(frozen=True, slots=True)

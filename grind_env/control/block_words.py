@@ -12,20 +12,19 @@ from grind_env.control.program_scanner import SourceText
 from grind_env.message_text import shortened
 
 ADDRESSES = frozenset("DEFGIJKLMNOPQRSTXYZ")
-ARGUMENTS = frozenset("ABCHUVW")
-"""Further letters, which only a block with G65 may have."""
+ARGUMENTS = frozenset("ABCHUVW")  #: further letters, which only a block with G65 may have
 REPEATABLE = frozenset("GM")
 LONGEST_COMMENT = 128
 LONGEST_LABEL = 5
 
+#: a word in its usual form: capitals, no blanks. `_any_word` reads every form, but slower
 _USUAL_WORD = re.compile(r"([DEFGI-TX-Z])([+-]?)([0-9]{0,15})(?:(\.)([0-9]{0,15}))?[ \t]*(?=[A-Z(]|$)")
-"""A word in its usual form: capitals, no blanks. `_any_word` reads every form, but slower."""
 _NUMBER = re.compile(r"[ \t]*([+-]?)[ \t]*([0-9 \t]*)(\.?)([0-9 \t]*)")
 _VARIABLE = re.compile(r"#[ \t]*([0-9]?)[0-9 \t]*")
 _BRACKET = re.compile(r"[\[\]]")
 _COMMENT = re.compile(r"\(([^()]*)\)")
+#: exponent of a number such as 1E-3. Without a sign it has one digit, because E words are larger than 9
 _EXPONENT = re.compile(r"[Ee](?:[+-][0-9]{1,2}|0?[0-9])(?![0-9. \t]*[0-9.])")
-"""Exponent of a number such as 1E-3. Without a sign it has one digit, because E words are larger than 9."""
 _DECIMAL_COMMA = re.compile(r"([A-Za-z]?[ \t]*[+-]?[ \t]*[0-9]*),([0-9]+)")
 _MACRO_CALL = re.compile(r"[Gg][ \t]*0*65(?![0-9.])")
 

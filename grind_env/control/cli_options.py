@@ -7,11 +7,10 @@ from grind_env.control.errors import ControlError
 from grind_env.control.operator_actions import Interrupt
 from grind_env.message_text import shortened
 
-HIGHEST_ENTRY = 99
-"""Highest entry of the radius table; two digits of a T word select an entry."""
+HIGHEST_ENTRY = 99  #: highest entry of the radius table; two digits of a T word select an entry
 
+#: commands that have the options --max-blocks and --groove-retract, which errors recommend
 CHECK_COMMANDS = "grind check, trace, run or report"
-"""Commands that have the options --max-blocks and --groove-retract, which errors recommend."""
 
 _NUMBER = r"[0-9]+\.?[0-9]*|\.[0-9]+"
 _ASSIGNMENT = re.compile(rf"#?([0-9]+)=([-+]?(?:{_NUMBER}))")

@@ -17,10 +17,8 @@ from grind_env.control.program_reader import Blocks, Program
 from grind_env.control.program_scanner import SourceText
 from grind_env.control.word_evaluation import MORE_DIGITS, fault_in
 
-TEXT_END = "text end"
-"""End of a program whose text ends before an M02, M30 or M99."""
-MOST_BLOCKS = 20_000
-"""Most blocks of a program that jumps; its blocks are kept in memory."""
+TEXT_END = "text end"  #: end of a program whose text ends before an M02, M30 or M99
+MOST_BLOCKS = 20_000  #: most blocks of a program that jumps; its blocks are kept in memory
 
 
 class BlockStream:

@@ -13,10 +13,9 @@ from grind_env.control.operator_actions import HIGHEST_OVERRIDE, Interrupt, Pane
 
 ORIGIN: Position = (0.0, 0.0, 0.0)
 MOST_NON_MOTION_BLOCKS = 999
+#: default limit of executed blocks and strokes: enough for 3000 parts of more than a hundred strokes each
 BLOCK_BUDGET = 500_000
-"""Default limit of executed blocks and strokes: enough for 3000 parts of more than a hundred strokes each."""
-WHEEL_RADIUS = 33
-"""Entry of the radius table that the in-process dresser keeps up to date (15-11)."""
+WHEEL_RADIUS = 33  #: entry of the radius table that the in-process dresser keeps up to date (15-11)
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,8 +13,8 @@ from grind_env.control.events import CyclePlan, CycleStrokes, Event, Position, p
 from grind_env.control.interruptions import Interruptions
 from grind_env.control.motion_profile import ramp_time
 
+#: target of a pick: "plunge" or "cross", the axis, and its coordinate without the shift by dresses, mm
 Target = tuple[str, int, float]
-"""Target of a pick: "plunge" or "cross", the axis, and its coordinate without the shift by dresses, mm."""
 
 
 def reversals(plan: CyclePlan, coverage: bool) -> Iterator[tuple[list[Target], int]]:

@@ -10,14 +10,12 @@ import math
 
 import numpy as np
 
+#: mm; depths are sums of decimal picks, so that equality needs a tolerance far below the control's 0.1 um
 DEPTH_TOLERANCE = 1e-9
-"""mm; depths are sums of decimal picks, so that equality needs a tolerance far below the control's 0.1 um."""
 
-PICK_TOLERANCE = 1e-6
-"""Share of a pick by which a depth may exceed a whole number of picks, because of rounding."""
+PICK_TOLERANCE = 1e-6  #: share of a pick by which a depth may exceed a whole number of picks, because of rounding
 
-INSTANT = 1e-9
-"""s; sums of times that differ by less are the same moment."""
+INSTANT = 1e-9  #: s; sums of times that differ by less are the same moment
 
 
 def motion_time(length: float, speed: float, acceleration: float) -> float:

@@ -12,11 +12,9 @@ from grind_env.control.motion_paths import AXES, INTEGRANDS, coordinate, displac
 from grind_env.control.program_reader import HIGHEST_PROGRAM
 from grind_env.control.reciprocation import Reciprocation
 
-MOST = 999
-"""Highest D and L."""
+MOST = 999  #: highest D and L
 
-WORDS = {"G81": "", "G82": "QLD", "G83": "QLDR"}
-"""Letters of each cycle besides P and the letters of its axes."""
+WORDS = {"G81": "", "G82": "QLD", "G83": "QLDR"}  #: letters of each cycle besides P and the letters of its axes
 
 
 @dataclass(frozen=True, slots=True)

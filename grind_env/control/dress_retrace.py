@@ -6,8 +6,7 @@ from dataclasses import dataclass, field
 from grind_env.control.events import Position
 from grind_env.control.path_geometry import Circular, Path
 
-REMEMBERED = 4
-"""Default number of remembered linear moves; M900 to M904 change it."""
+REMEMBERED = 4  #: default number of remembered linear moves; M900 to M904 change it
 
 
 @dataclass(frozen=True, slots=True)

@@ -14,8 +14,7 @@ from typing import TypeAlias
 from grind_env.control.block_words import Block
 from grind_env.control.modal_state import Modes
 
-Position: TypeAlias = tuple[float, float, float]
-"""X, Y, Z in mm."""
+Position: TypeAlias = tuple[float, float, float]  #: X, Y, Z in mm
 
 
 def placed(position: Position, coordinates: Mapping[int, float]) -> Position:

@@ -8,10 +8,9 @@ from grind_env.control.errors import ControlError, Place
 from grind_env.control.program_scanner import SourceText
 from grind_env.message_text import quoted
 
-HEAD_BYTES = 4096
-"""Bytes at the beginning of a text that are searched for signs of another control."""
-LEAST_SIGNS = 2
-"""Lines of another control that are needed to recognise it; a single one may be a slip."""
+HEAD_BYTES = 4096  #: bytes at the beginning of a text that are searched for signs of another control
+LEAST_SIGNS = 2  #: lines of another control that are needed to recognise it; a single one may be a slip
+#: beginnings of lines by which other controls are recognised; no block of this control begins like these
 SIGNS: Mapping[str, re.Pattern[str]] = {
     control: re.compile(f"(?:{sign})[^\r\n]*", re.IGNORECASE | re.MULTILINE | re.VERBOSE)
     for control, sign in {
@@ -29,10 +28,8 @@ SIGNS: Mapping[str, re.Pattern[str]] = {
         "Mazatrol": r"^[ \t]*(?:MAZATROL\b | [UPS]NO\.?[ \t] | FIG[ \t]+PTN\b | SEQ[ \t]+SHP\b)",
     }.items()
 }
-"""Beginnings of lines by which other controls are recognised; no block of this control begins like these."""
 REMEDY = "this control reads the G code of a 9/Series: post the part for it, or write the program anew"
-MOST_BLOCKS_BEFORE = 20
-"""Most blocks that are checked before the ``%`` that begins the program."""
+MOST_BLOCKS_BEFORE = 20  #: most blocks that are checked before the ``%`` that begins the program
 
 
 def check_head(data: bytes, name: str) -> None:

@@ -19,10 +19,8 @@ from grind_env.control.motion_paths import AXES, INTEGRANDS, coordinate, displac
 
 LegKind: TypeAlias = Literal["infeed", "rapid"]
 
-METRIC_RETRACT = 0.5
-"""Default retract amount e under G71, mm (D)."""
-INCH_RETRACT = 0.508
-"""Default retract amount e under G70, mm: 0.02 in (D)."""
+METRIC_RETRACT = 0.5  #: default retract amount e under G71, mm (D)
+INCH_RETRACT = 0.508  #: default retract amount e under G70, mm: 0.02 in (D)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

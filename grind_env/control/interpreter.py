@@ -24,8 +24,7 @@ from grind_env.control.system_variables import SystemVariables
 from grind_env.control.word_evaluation import evaluated
 from grind_env.control.word_rewriting import with_words
 
-DEEPEST = 4
-"""Most levels of subprograms and dress programs; macros do not count (lathe manual 10-15)."""
+DEEPEST = 4  #: most levels of subprograms and dress programs; macros do not count (lathe manual 10-15)
 
 GROOVES = ("G76", "G77")
 

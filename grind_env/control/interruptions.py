@@ -16,8 +16,8 @@ from grind_env.control.operator_actions import Interrupt
 from grind_env.control.path_geometry import split
 from grind_env.control.program_reader import Program, Programs
 
+#: function that executes a program in the middle of another one and returns how it ends
 Execute: TypeAlias = Callable[[Program, Place], Generator[events.Event, None, str]]
-"""Function that executes a program in the middle of another one and returns how it ends."""
 
 
 class Interruptions:

@@ -30,11 +30,10 @@ from grind_env.control.program_scanner import SourceText
 from grind_env.control.word_evaluation import evaluated
 
 REFERENCE_MOVES = ("G28", "G29", "G30")
-MOST_STATEMENTS = 1000
-"""Most successive paramacro blocks in a view; they do not count as blocks without motion."""
+MOST_STATEMENTS = 1000  #: most successive paramacro blocks in a view; they do not count as blocks without motion
 PRESET_CODES = ("G52", "G92", "G92.1")
+#: local variables that G65 assigns, by number; None for a program called by M98
 Arguments: TypeAlias = Mapping[int, Decimal] | None
-"""Local variables that G65 assigns, by number; None for a program called by M98."""
 
 
 class Barrier(Enum):

@@ -9,11 +9,11 @@ from grind_env.control.block_words import Block, Word
 
 MOST_REPEATS = 999
 
+#: local variables that the letters of a G65 block assign
 ARGUMENT_VARIABLES = {
     **{"A": 1, "B": 2, "C": 3, "I": 4, "J": 5, "K": 6, "D": 7, "E": 8, "F": 9, "H": 11, "M": 13, "Q": 17},
     **{"R": 18, "S": 19, "T": 20, "U": 21, "V": 22, "W": 23, "X": 24, "Y": 25, "Z": 26},
 }
-"""Local variables that the letters of a G65 block assign."""
 
 
 class MacroCall(NamedTuple):

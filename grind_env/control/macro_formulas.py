@@ -15,10 +15,8 @@ from grind_env.control.macro_functions import FunctionFault
 from grind_env.message_text import did_you_mean, shortened
 
 DEEPEST_BRACKET = 20
-LONGEST_NUMBER = 30
-"""Most digits of a number in a program."""
-DECIMALS = 10
-"""Decimals of a value; further ones are rounding errors, as of a division by 3."""
+LONGEST_NUMBER = 30  #: most digits of a number in a program
+DECIMALS = 10  #: decimals of a value; further ones are rounding errors, as of a division by 3
 ARITHMETIC = Context(prec=50, rounding=ROUND_HALF_UP)
 
 NO_VARIABLE_NUMBER = "'#' lacks the number of a variable; write #1 or #[1+2]"
@@ -37,8 +35,8 @@ _NAME = re.compile(r"[A-Za-z]+")
 _OPERATOR = re.compile(r"[ \t]*(MOD|AND|XOR|OR|EQ|NE|GT|GE|LT|LE|[-+*/])", re.IGNORECASE)
 
 Value: TypeAlias = "Decimal | None"
+#: function that returns the value of a variable by number, or raises a `VariableFault`
 Read: TypeAlias = Callable[[int], Value]
-"""Function that returns the value of a variable by number, or raises a `VariableFault`."""
 
 
 class FormulaFault(ValueError):

@@ -4,8 +4,8 @@ import math
 from collections.abc import Callable, Mapping
 from decimal import ROUND_HALF_UP, ROUND_UP, Context, Decimal
 
+#: significant digits of angles and trigonometric values; further digits differ between processors
 SIGNIFICANT_DIGITS = 14
-"""Significant digits of angles and trigonometric values; further digits differ between processors."""
 
 _PRECISE = Context(prec=50)
 
@@ -58,6 +58,7 @@ def _logarithm(value: Decimal) -> Decimal:
     return value.ln(_PRECISE)
 
 
+#: functions of one bracket; ATAN is not included, as it may have two
 FUNCTIONS: Mapping[str, Callable[[Decimal], Decimal]] = {
     "SIN": _sine,
     "COS": lambda angle: _sine(angle + 90),
@@ -72,4 +73,3 @@ FUNCTIONS: Mapping[str, Callable[[Decimal], Decimal]] = {
     "LN": _logarithm,
     "EXP": lambda value: value.exp(_PRECISE),
 }
-"""Functions of one bracket; ATAN is not included, as it may have two."""

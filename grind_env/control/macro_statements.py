@@ -8,8 +8,7 @@ from typing import NamedTuple, TypeAlias
 
 from grind_env.control.macro_formulas import FormulaFault, Tree, Variable, formula, operand
 
-LOOPS = (1, 2, 3)
-"""Numbers that DO and END may have."""
+LOOPS = (1, 2, 3)  #: numbers that DO and END may have
 
 BEGIN = re.compile(r"#|(?:IF|WHILE|GOTO|DO|END)[ \t]*(?:[\[#0-9]|$)", re.IGNORECASE)
 """Beginning of a statement; no word of a block begins like this."""

@@ -9,16 +9,13 @@ from grind_env.control.macro_formulas import Value, VariableFault, rounded
 LOCALS = range(1, 34)
 COMMON = (range(100, 200), range(500, 1000))
 ALARM = 3000
-LARGEST_VALUE = 1e30
-"""Largest value of a variable at the start."""
-DEEPEST_MACRO = 4
-"""Levels of macros called by G65 (20-13)."""
+LARGEST_VALUE = 1e30  #: largest value of a variable at the start
+DEEPEST_MACRO = 4  #: levels of macros called by G65 (20-13)
 
 KINDS = "#1 to #33 are local, #100 to #199 and #500 to #999 common variables"
 
 Values: TypeAlias = Mapping[int, float]
-Notes: TypeAlias = Mapping[tuple[int, int], Value]
-"""Values of variables by level (-1 for common variables) and number."""
+Notes: TypeAlias = Mapping[tuple[int, int], Value]  #: values of variables by level (-1 for common variables) and number
 
 
 class System(Protocol):

@@ -6,8 +6,8 @@ from typing import Any, Literal, TypeAlias, get_args
 
 from grind_env.control.cycles import RULES
 
+#: first and second axis of each plane (PD-2); axes are 0 = X, 1 = Y, 2 = Z
 PLANES = {"G17": (0, 1), "G18": (2, 0), "G19": (1, 2)}
-"""First and second axis of each plane (PD-2); axes are 0 = X, 1 = Y, 2 = Z."""
 
 MOTIONS = ("G00", "G01", "G02", "G03")
 CYCLES = tuple(code + form for code in RULES for form in ("", ".1"))
@@ -15,6 +15,7 @@ CYCLES = tuple(code + form for code in RULES for form in ("", ".1"))
 WorkSystem: TypeAlias = Literal["G54", "G55", "G56", "G57", "G58", "G59", "G59.1", "G59.2", "G59.3"]
 WORK_SYSTEMS = get_args(WorkSystem)
 
+#: modal codes outside the motion group: the field of `Modes` they set, and its value
 SWITCHES: dict[str, tuple[str, Any]] = {
     **{plane: ("plane", plane) for plane in PLANES},
     **{system: ("work_system", system) for system in WORK_SYSTEMS},
@@ -31,26 +32,21 @@ SWITCHES: dict[str, tuple[str, Any]] = {
     "G96": ("surface_speed", True),
     "G97": ("surface_speed", False),
 }
-"""Modal codes outside the motion group: the field of `Modes` they set, and its value."""
 
+#: codes that act in their own block only
 ONE_SHOT = ("G04", "G10", "G28", "G29", "G30", "G52", "G76", "G77", "G92", "G92.1")
-"""Codes that act in their own block only."""
 
-ACTIONS = frozenset((*MOTIONS, *CYCLES, *ONE_SHOT, "G80"))
-"""Codes of which a block may hold only one."""
+ACTIONS = frozenset((*MOTIONS, *CYCLES, *ONE_SHOT, "G80"))  #: codes of which a block may hold only one
 
-MACHINE_COORDINATES = "G53"
-"""Code that makes the axis words of its own block machine coordinates."""
+MACHINE_COORDINATES = "G53"  #: code that makes the axis words of its own block machine coordinates
 
-MACRO_CALL = "G65"
-"""Code that makes the words of its block arguments of a macro."""
+MACRO_CALL = "G65"  #: code that makes the words of its block arguments of a macro
 
+#: codes of the 9/Series control that this simulator does not support
 UNSUPPORTED_CODES = frozenset(
     {"G09", "G20", "G33", "G34", "G84", "G84.1", "G85", "G85.1", "G86", "G86.1", "G92.2"}.difference(CYCLES)
 )
-"""Codes of the 9/Series control that this simulator does not support."""
-MODAL_MACROS = frozenset({"G66", "G66.1", "G67"})
-"""Unsupported codes of macros that are called after every motion."""
+MODAL_MACROS = frozenset({"G66", "G66.1", "G67"})  #: unsupported codes of macros that are called after every motion
 
 
 def listed(codes: Collection[str]) -> str:

@@ -12,14 +12,12 @@ from grind_env.control.modal_state import Modes
 from grind_env.control.modes import PLANES
 from grind_env.control.path_geometry import Circular, ImpossibleArc, arc_about, arc_with_radius
 
-Missing: TypeAlias = Callable[[], ControlError]
-"""Function that makes the error of a block without a necessary word."""
+Missing: TypeAlias = Callable[[], ControlError]  #: function that makes the error of a block without a necessary word
 
 AXES = "XYZ"
 INTEGRANDS = "IJK"
 
-COORDINATE_DECIMALS = 7
-"""Decimals of a coordinate in mm, more than the 0.00254 mm of the last inch decimal needs."""
+COORDINATE_DECIMALS = 7  #: decimals of a coordinate in mm, more than the 0.00254 mm of the last inch decimal needs
 
 
 def coordinate(command: Command, letter: str, start: float, origin: float = 0.0) -> float:

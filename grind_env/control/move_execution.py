@@ -21,15 +21,14 @@ from grind_env.control.modes import PLANES
 from grind_env.control.path_geometry import Path, Straight
 from grind_env.control.tool_selection import Tooling
 
+#: function that yields the coming motions in the order of execution
 Ahead = Callable[[Outlook], Iterator[Prospect | Barrier]]
-"""Function that yields the coming motions in the order of execution."""
 
 
+#: M codes of the wheel and of the coolant
 SPINDLE_ON, SPINDLE_OFF, COOLANT_ON, COOLANT_OFF = {3: 1, 4: -1}, {5: 0}, (7, 8), (9,)
-"""M codes of the wheel and of the coolant."""
 
-LENGTHS = frozenset("EFIJKQRXYZ")
-"""Letters of lengths and feeds."""
+LENGTHS = frozenset("EFIJKQRXYZ")  #: letters of lengths and feeds
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,13 +13,11 @@ from grind_env.control.modes import ACTIONS, MACHINE_COORDINATES, MACRO_CALL, SW
 
 MILLIMETRES_PER_INCH = Decimal("25.4")
 METRES_PER_FOOT = 0.3048
-METRIC_DIGITS = (5, 3)
-"""Integer digits and decimals of a metric length or feed."""
+METRIC_DIGITS = (5, 3)  #: integer digits and decimals of a metric length or feed
 INCH_DIGITS = (4, 4)
 ZERO_SUPPRESSIONS = ("neither", "leading", "trailing")
 EXCESS_DECIMALS = ("truncate", "round")
-G_CODE_DIGITS = 2
-"""Digits of a G code to the left of its point under trailing zero suppression."""
+G_CODE_DIGITS = 2  #: digits of a G code to the left of its point under trailing zero suppression
 LONGEST_T_WORD = 4
 
 

@@ -5,8 +5,7 @@ from dataclasses import dataclass, field
 
 from grind_env.control.errors import ControlError
 
-HIGHEST_OVERRIDE = 200.0
-"""Highest feedrate override, percent of the programmed feed."""
+HIGHEST_OVERRIDE = 200.0  #: highest feedrate override, percent of the programmed feed
 
 
 @dataclass(frozen=True, slots=True)

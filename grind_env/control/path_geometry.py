@@ -7,8 +7,7 @@ from typing import TypeAlias
 from grind_env.control.events import Position, placed
 from grind_env.control.modes import PLANES
 
-RADIUS_TOLERANCE = 0.01
-"""mm by which the distances of start and end from the centre may differ; words carry 0.001 mm."""
+RADIUS_TOLERANCE = 0.01  #: mm by which the distances of start and end from the centre may differ; words carry 0.001 mm
 
 
 class ImpossibleArc(ValueError):

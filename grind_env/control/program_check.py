@@ -15,8 +15,8 @@ from grind_env.control.program_reader import Programs
 from grind_env.control.trace_records import error_record
 from grind_env.control.word_evaluation import foreseen
 
+#: most errors of reading that are reported: a file that is no part program may have one in each line
 MOST_ERRORS = 1000
-"""Most errors of reading that are reported: a file that is no part program may have one in each line."""
 
 
 @dataclass(slots=True)

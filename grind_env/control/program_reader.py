@@ -19,8 +19,8 @@ from grind_env.files import ReadError, is_file, read_bytes
 from grind_env.notebook_loader import html
 
 HIGHEST_PROGRAM = 99_999
+#: number of blocks up to which a program stays in memory instead of being cut from its text again
 IN_MEMORY_BLOCKS = 50
-"""Number of blocks up to which a program stays in memory instead of being cut from its text again."""
 
 _FILE = re.compile(r"O([1-9]\d{0,4})\.nc")
 _CALL = re.compile(rb"[Pp][ \t]*\+?[ \t]*(?:0*([1-9]\d{0,4})(?!\d)|([#\[]))")

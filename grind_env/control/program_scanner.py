@@ -17,25 +17,24 @@ from typing import BinaryIO, NamedTuple
 from grind_env.control.errors import ControlError, Place
 from grind_env.files import ReadError, contents, open_file
 
-CHUNK = 1 << 16
-"""Bytes read at a time; a longer block is read in one piece."""
+CHUNK = 1 << 16  #: bytes read at a time; a longer block is read in one piece
+#: length, bytes, from which a line is read in pieces cut at ``;``; remarks behind ``;`` are not recognised there
 LONGEST_LINE = CHUNK
-"""Length, bytes, from which a line is read in pieces cut at ``;``; remarks behind ``;`` are not recognised there."""
 LONGEST_BLOCK = 10_000
-IN_MEMORY_BYTES = 1 << 20
-"""Size, bytes, up to which a file stays in memory instead of being read again."""
+IN_MEMORY_BYTES = 1 << 20  #: size, bytes, up to which a file stays in memory instead of being read again
 
+#: a remark behind ``;``, not a block: it begins with a letter without a number. An O in XO is a mistyped zero
 _REMARK = (
     r"(?:[ \t]*(?!(?i:IF|WHILE|GOTO|DO|END)[ \t]*[\[#0-9]|[E-FI-KQRX-Ze-fi-kqrx-z][Oo](?![A-Za-z]))"
     r"(?:[A-Za-z][ \t]*[^-+.0-9\[# \t\r\n();%]|[^A-Za-z(/#;%\s])[^\r\n]*)?"
 )
-"""A remark behind ``;``, not a block: it begins with a letter without a number. An O in XO is a mistyped zero."""
 _BLOCK = re.compile(r"([^(;%\r\n]*(?:\([^);\r\n]*[^(;%\r\n]*)*)(\r\n|;" + _REMARK + r"|[%\r\n]|\Z)")
 _LINE_ENDS = ("\r\n", "\r", "\n")
+#: bytes that are not UTF-8 are decoded to half surrogates, and shown as the letters of Latin-1
 _EIGHT_BIT = {0xDC00 + byte: byte for byte in range(0x80, 0x100)}
-"""Bytes that are not UTF-8 are decoded to half surrogates, and shown as the letters of Latin-1."""
 _LINE_END = re.compile(rb"\r\n|\r|\n")
 _COMMENTS = re.compile(r"(?:\([^()]*\)\s*)*")
+#: bytes that no part program contains, and the message for each
 _NO_TEXT = {
     b"\0": "a byte 0 stands in this line, as in no text in UTF-8 or Latin-1; save the part program as text",
     **{
@@ -46,7 +45,6 @@ _NO_TEXT = {
         for number in (1, 2, 3, 4)
     },
 }
-"""Bytes that no part program contains, and the message for each."""
 
 
 class SourceText(NamedTuple):

@@ -15,8 +15,7 @@ from grind_env.control.motion_paths import AXES, displaced
 from grind_env.control.move_execution import Mover
 from grind_env.control.numbers import MILLIMETRES_PER_INCH
 
-RADII = range(2001, 2100)
-"""Variables of the radius table from entry 1; #2033 is the radius of the wheel."""
+RADII = range(2001, 2100)  #: variables of the radius table from entry 1; #2033 is the radius of the wheel
 PROGRAM_ENDS, MACHINE, PRESENT = 5001, 5021, 5041
 EXTERNAL, FIRST_SYSTEM, SYSTEM_STEP = 5201, 5221, 20
 

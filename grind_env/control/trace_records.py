@@ -6,8 +6,7 @@ from grind_env.control import numbers
 from grind_env.control.errors import ControlError
 from grind_env.control.events import Arc, Dwell, Event, Infeed, Line, Motion, Pick, Position, Rapid, Stroke
 
-DECIMALS = 9
-"""Decimals that hide the rounding of sums and unit conversions, far below the control's resolution."""
+DECIMALS = 9  #: decimals that hide the rounding of sums and unit conversions, far below the control's resolution
 
 KINDS: dict[type[Motion], str] = {
     Rapid: "rapid",

@@ -5,8 +5,8 @@ from collections.abc import Mapping
 
 from grind_env.control.block_words import Block, read_block
 
+#: a word with a number, without the blanks behind it
 _NUMBER = re.compile(r"[A-Za-z][ \t]*[+-]?[ \t]*[0-9. \t]*[0-9.]")
-"""A word with a number, without the blanks behind it."""
 
 
 def with_words(block: Block, values: Mapping[str, str]) -> Block:

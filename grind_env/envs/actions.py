@@ -33,29 +33,23 @@ from grind_env.errors import GrindError, GrindWarning
 from grind_env.kernel import entry, exp, log
 from grind_env.message_text import listed, quoted
 
-ACTIONS = ("box", "multidiscrete", "discrete", "dict")
-"""Forms of the action."""
-SPEED_LEVELS = 24
-"""Levels of E of a discrete action, about 10 % apart where the range spans a decade."""
-KEYS = ("E", "D", "predress")
-"""Keys of an action of the form `dict`, and names of the columns of a decoded action."""
+ACTIONS = ("box", "multidiscrete", "discrete", "dict")  #: forms of the action
+SPEED_LEVELS = 24  #: levels of E of a discrete action, about 10 % apart where the range spans a decade
+KEYS = ("E", "D", "predress")  #: keys of an action of the form `dict`, and names of the columns of a decoded action
 
-NO_DRESS = float(np.float32(1.0 / 3.0))
-"""Highest component of a `box` that chooses D = 0: 1/3 in single precision."""
+NO_DRESS = float(np.float32(1.0 / 3.0))  #: highest component of a `box` that chooses D = 0: 1/3 in single precision
 
-OUT_OF_RANGE = ("clip", "raise")
-"""Ways to treat a number beyond a bound of the action space."""
+OUT_OF_RANGE = ("clip", "raise")  #: ways to treat a number beyond a bound of the action space
+#: relative rounding error, in single precision, of wrappers that rescale actions
 ROUNDING = 8.0 * float(np.finfo(np.float32).eps)
-"""Relative rounding error, in single precision, of wrappers that rescale actions."""
 
+#: rule for a component of a `box`, for messages
 IN_BOX = 'lie between -1 and 1: clip the action, or make the environment with out_of_range="clip"'
-"""Rule for a component of a `box`, for messages."""
 
+#: the remedy for actions in physical units
 SCALED = ' E and D of a box are scaled to -1..1: action="dict" takes E in mm/min and D as a number'
-"""The remedy for actions in physical units."""
 
-LONGEST = 200
-"""Most characters of an action that a message repeats."""
+LONGEST = 200  #: most characters of an action that a message repeats
 
 
 class ActionError(GrindError):

@@ -8,8 +8,7 @@ import numpy as np
 from grind_env.envs.tasks import TaskError
 from grind_env.message_text import quoted
 
-SHOWN = ("measured", "full")
-"""Values of `observation` and `info`: what a shop knows, or also the hidden state."""
+SHOWN = ("measured", "full")  #: values of `observation` and `info`: what a shop knows, or also the hidden state
 
 
 def check_count(name: str, count: object, otherwise: str = "") -> int:

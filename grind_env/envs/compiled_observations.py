@@ -60,8 +60,7 @@ def _layout(task: Task, entries: tuple[Reading, ...]) -> Layout:
 
 READINGS = len(Readings._fields)
 
-LANES = 32
-"""Number of episodes whose readings are scaled side by side, in vector registers."""
+LANES = 32  #: number of episodes whose readings are scaled side by side, in vector registers
 
 write_readings = lane_writer(Readings, 0, LANES)
 

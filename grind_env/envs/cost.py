@@ -11,8 +11,7 @@ from grind_env.machine.loops.cycle import PartState
 from grind_env.machine.loops.stroke_totals import Tally
 from grind_env.process.cost import NO_LIMIT, Rates, expenses, volume_left
 
-COST_TERMS = ("time", "wheel", "dress", "scrap", "handover")
-"""Terms of the cost of a step that every task has."""
+COST_TERMS = ("time", "wheel", "dress", "scrap", "handover")  #: terms of the cost of a step that every task has
 
 
 class Shop(NamedTuple):

@@ -8,8 +8,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
-RANGES = 10
-"""Ranges of equal probability, into which the distribution of a factor is cut."""
+RANGES = 10  #: ranges of equal probability, into which the distribution of a factor is cut
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,8 +28,7 @@ class Split:
         return replace(self, ranges=()) != Split()
 
 
-EVERY = "all"
-"""The split that holds nothing out; the default for episodes without a named split."""
+EVERY = "all"  #: the split that holds nothing out; the default for episodes without a named split
 SPLITS: Mapping[str, Split] = {
     EVERY: Split(),
     "inner": Split(ranges=(0, 3, 4, 5, 6, 9)),
@@ -42,8 +40,7 @@ SPLITS: Mapping[str, Split] = {
 Factors are cut at 1.8 standard deviations, and the outermost ranges begin at 1.28 of them: with a reach of 1.5 wear and
 pressure lie beyond all that a task draws.
 """
-RENAMED = {"train": "inner", "test": "interpolation"}
-"""Former names of splits, each with the present name."""
+RENAMED = {"train": "inner", "test": "interpolation"}  #: former names of splits, each with the present name
 
 
 class Draws(NamedTuple):

@@ -27,8 +27,7 @@ from grind_env.kernel import entry, inlined
 from grind_env.kernel.random import uniform
 from grind_env.kernel.row_accessors import column_reader
 
-DEALT = -1
-"""Number in place of a kind for a block whose kind the random orders decide."""
+DEALT = -1  #: number in place of a kind for a block whose kind the random orders decide
 
 read_fixed, read_draws = column_reader(Fixed), column_reader(Draws)
 

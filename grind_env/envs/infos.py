@@ -20,15 +20,14 @@ from grind_env.kernel import entry, inlined
 from grind_env.kernel.dispatch import as_written
 from grind_env.process.cost import SCRAP_BELOW
 
+#: entries that are readings in their units, as far as the environment shows them
 READINGS = ("power", "mean_power", "first_power", "peak_power", "size_error", "diameter")
-"""Entries that are readings in their units, as far as the environment shows them."""
+#: entries with the ratio of a reading to its limit, each with its reading, for agents that learn to keep limits. The
+#: roughness is that of the last gauged part
 READ = {"power_ratio": "peak_power", "roughness_ratio": "roughness"}
-"""Entries with the ratio of a reading to its limit, each with its reading, for agents that learn to keep limits. The
-roughness is that of the last gauged part."""
-RATIOS = ("burn_ratio", *READ)
-"""Entries with true ratios; no gauge shows the burn ratio."""
+RATIOS = ("burn_ratio", *READ)  #: entries with true ratios; no gauge shows the burn ratio
+#: entries that are fields of `Outcome`; with `info="measured"`, good parts are counted instead
 CAME = {"block_cost": "cost", "good_parts": "good", "seconds": "seconds"}
-"""Entries that are fields of `Outcome`; with `info="measured"`, good parts are counted instead."""
 FINISHED, GOOD = Outcome._fields.index("finished"), Outcome._fields.index("good")
 
 

@@ -19,12 +19,12 @@ from grind_env.process.catalogue import USUAL
 
 Inputs: TypeAlias = Mapping[str, str | float | bool]
 
+#: fields of a job that describe the part and how to grind it. Plant, wear of the wheel and uncertainty are left out
 JOB = "part", "setup", "times", "lots", "diamond", "stations", "parts", "variables"
-"""Fields of a job that describe the part and how to grind it. Plant, wear of the wheel and uncertainty are left out."""
+#: fields of a task that do not change the simulation
 NAMES_OF_TASKS = "name", "title", "reference_cost", "observation", "plant", "catalogue", "file"
-"""Fields of a task that do not change the simulation."""
+#: names that `grind calibrate` changes beside those in the uncertainty of the job
 CALIBRATED = "machine.idle_power", "machine.power_limit", "machine.meter_scale"
-"""Names that `grind calibrate` changes beside those in the uncertainty of the job."""
 MOST_TOLD = 3
 
 _NO_WORDS = re.compile(r"\([^()]*\)|\s")

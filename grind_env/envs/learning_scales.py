@@ -13,18 +13,15 @@ from grind_env.envs.simulation import Simulation
 from grind_env.envs.space_metadata import MemoryForm, Standard, memories_of, remembered
 
 REWARD = Outcome._fields.index("reward")
+#: lowest reward: lower rewards are raised to it, so that one scrapped part does not dominate an update
 WORST_REWARD = -10.0
-"""Lowest reward: lower rewards are raised to it, so that one scrapped part does not dominate an update."""
 
+#: number of episodes of random play, and of the cheapest ones whose observations count: readings of spoilt parts are
+#: many times as large. The seeds are the first training seeds
 EPISODES, USUAL = 256, 32
-"""Number of episodes of random play, and of the cheapest ones whose observations count: readings of spoilt parts are
-many times as large. The seeds are the first training seeds."""
-JITTER = 0.1
-"""Largest deviation of E from its mean in an episode, as a share of the geometric range of E."""
-LEAST_DEVIATION = 0.01
-"""Smallest deviation, for entries that hardly ever change, in the unit of the observation."""
-DIGITS = 3
-"""Decimals of means and deviations: to these decimals they are the same on every computer."""
+JITTER = 0.1  #: largest deviation of E from its mean in an episode, as a share of the geometric range of E
+LEAST_DEVIATION = 0.01  #: smallest deviation, for entries that hardly ever change, in the unit of the observation
+DIGITS = 3  #: decimals of means and deviations: to these decimals they are the same on every computer
 
 
 def ease_rewards(rewards: NDArray[Any]) -> NDArray[Any]:

@@ -65,14 +65,13 @@ class TapeRow(NamedTuple):
     is_due: float  #: 1 for the last block before a due date
 
 
+#: fields of `TapeRow` with the factors `FACTORS` after a wheel change
 SPARE_FACTORS = ("spare_kA", "pm", "hf", "fc", "Gref", "spare_ra_scale")
-"""Fields of `TapeRow` with the factors `FACTORS` after a wheel change."""
 
 read_row, write_row = column_reader(TapeRow), column_writer(TapeRow)
 
 
-AHEAD = 2
-"""Number of rows of a short tape: for the coming block, and for the next block, whose kind is observed, too."""
+AHEAD = 2  #: number of rows of a short tape: for the coming block, and for the next block, whose kind is observed, too
 
 
 @inlined
@@ -123,8 +122,8 @@ class Carried(NamedTuple):
     stock: float  #: stock of the part, mm
 
 
+#: number of columns of the table of sources: the fields of `Origin`, followed by the fields of `Carried`
 SOURCE = len(Origin._fields) + len(Carried._fields)
-"""Number of columns of the table of sources: the fields of `Origin`, followed by the fields of `Carried`."""
 KEY_0, KEY_1, BLOCKS, DRAWN, NOISE_FACTOR = (
     Origin._fields.index(name) for name in ("key_0", "key_1", "blocks", "drawn", "noise")
 )

@@ -15,10 +15,9 @@ from grind_env.belief.power_sensor import POWER_NOISE, POWER_NOISE_FLOOR, POWER_
 from grind_env.envs.task_gauges import ROUGHNESS_NOISE, SIZE_NOISE, TAPER_NOISE
 from grind_env.envs.tasks import Task
 
+#: origin of an observed wheel diameter
 BOOK = "by the shop's book: less what dresses take off, and the wear when it is gauged"
-"""Origin of an observed wheel diameter."""
-LEAST_SLACK = 0.05
-"""Ratio of time left to work left below which the slack does not change; `time_to_due` still does."""
+LEAST_SLACK = 0.05  #: ratio of time left to work left below which the slack does not change; `time_to_due` still does
 
 
 class Readings(NamedTuple):
@@ -96,13 +95,12 @@ class Reading(NamedTuple):
     meaning: str
 
 
+#: readings with numbers of the kind of the coming block
 OF_KIND = ("pick", "width", "length", "sparkout", "roughness_limit", "tolerance", "scrap")
-"""Readings with numbers of the kind of the coming block."""
 PART_RISE = Reading("part_rise", "K", 0.0, 50.0, 0.0, 20.0, "hidden",
                     "mean temperature of the part in work over the hall; 0 of one not ground so far")  # fmt: skip
 """Reading for tasks and jobs in which a part has several blocks."""
-HIDDEN = Readings._fields[Readings._fields.index("wear_flat") :]
-"""Readings that no real machine gives."""
+HIDDEN = Readings._fields[Readings._fields.index("wear_flat") :]  #: readings that no real machine gives
 
 
 def readings(task: Task, *, full: bool, pre_dress: bool = False) -> tuple[Reading, ...]:

@@ -11,8 +11,7 @@ from grind_env.machine.loops.stroke_totals import Tally, has_stalled, mean_first
 from grind_env.machine.script.block_settings import BlockSettings
 from grind_env.process.gauge_readings import GaugeReadings
 
-GAUGE_EVERY = 3
-"""Parts from one roughness gauging to the next."""
+GAUGE_EVERY = 3  #: parts from one roughness gauging to the next
 
 
 class History(NamedTuple):

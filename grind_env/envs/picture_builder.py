@@ -15,8 +15,8 @@ from grind_env.process.cost import NO_LIMIT, Limits
 from grind_env.render.picture_data import EpisodePicture, Extent, GroundBlock, Workpiece
 
 STOCK = TapeRow._fields.index("stock")
+#: largest ratio of stock to nominal stock that fits into the picture; its standard deviation in tasks is a quarter
 STOCK_ROOM = 1.75
-"""Largest ratio of stock to nominal stock that fits into the picture; its standard deviation in tasks is a quarter."""
 
 
 def extent_of(task: Task) -> Extent:

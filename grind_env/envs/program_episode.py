@@ -20,8 +20,7 @@ from grind_env.machine.job import Job
 from grind_env.machine.part.parts_under_stroke import sweep_between, sweep_of_plan
 from grind_env.machine.program_run import GrindingRun
 
-Words = Mapping[str, str]
-"""Numbers as written, by letter."""
+Words = Mapping[str, str]  #: numbers as written, by letter
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -13,14 +13,13 @@ from grind_env.kernel import entry, exp, inlined
 from grind_env.kernel.random import Words, normal, philox, uniform
 from grind_env.kernel.row_accessors import lane_reader, lane_writer
 
+#: purposes of random numbers, each with four words for a counter: episode (wheel; coolant and start; spare wheel),
+#: order by its first block, due date, part by its first block, block (pre-gauge, roughness of the part, mean and first
+#: power), block again (peak power, size, roughness and wheel), and taper of a part by its block
 EPISODE, ORDER, DATE, PART, GAUGES, READINGS, _, TAPER = range(8)
-"""Purposes of random numbers, each with four words for a counter: episode (wheel; coolant and start; spare wheel),
-order by its first block, due date, part by its first block, block (pre-gauge, roughness of the part, mean and first
-power), block again (peak power, size, roughness and wheel), and taper of a part by its block."""
 
 
-WORDS = 2.0**32
-"""Number of possible words."""
+WORDS = 2.0**32  #: number of possible words
 
 
 @inlined
@@ -104,8 +103,7 @@ class Block(NamedTuple):
     part: float
 
 
-LANES = 8
-"""Number of blocks that are drawn side by side."""
+LANES = 8  #: number of blocks that are drawn side by side
 read_block, write_block = lane_reader(Block, 0, LANES), lane_writer(Block, 0, LANES)
 DRAWN_FROM = len(Block._fields)
 read_drawn, write_drawn = lane_reader(Drawn, DRAWN_FROM, LANES), lane_writer(Drawn, DRAWN_FROM, LANES)

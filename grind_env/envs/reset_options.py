@@ -71,8 +71,7 @@ class Fixed(NamedTuple):
     noise: float = math.nan
 
 
-FREE = Fixed()
-"""Context that fixes nothing: every factor is drawn."""
+FREE = Fixed()  #: context that fixes nothing: every factor is drawn
 
 
 class Factor(NamedTuple):
@@ -87,6 +86,7 @@ class Factor(NamedTuple):
     meaning: str
 
 
+#: factors that a context can fix; `material` and `sequence` are names. A task refuses factors of `without_effect`
 CONTEXT_FACTORS: Mapping[str, Factor] = {
     "stock": Factor(0.3, 3.0, 1.0, "stock of every part over the nominal one"),
     "kA": Factor(0.05, 20.0, 1.0, "dulling rate of every lot"),
@@ -102,7 +102,6 @@ CONTEXT_FACTORS: Mapping[str, Factor] = {
     "slack": Factor(0.1, 10.0, 1.0, "time to each due date over the nominal time"),
     "noise": Factor(0.0, 10.0, 0.0, "factor on the noise of all readings and of the pre-gauged stock"),
 }
-"""Factors that a context can fix; `material` and `sequence` are names. A task refuses factors of `without_effect`."""
 
 
 @dataclass(frozen=True, slots=True)

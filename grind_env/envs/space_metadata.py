@@ -21,8 +21,7 @@ from grind_env.task_version import TASK_VERSION
 
 Space: TypeAlias = spaces.Space[Any]
 
-CLIP = 10.0
-"""Standard deviations at which a standardised entry is cut."""
+CLIP = 10.0  #: standard deviations at which a standardised entry is cut
 
 
 class MemoryForm(Protocol):

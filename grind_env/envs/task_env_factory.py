@@ -21,12 +21,9 @@ from grind_env.envs.plant_options import plants_of
 from grind_env.envs.tasks import Task, load_task, read_task
 from grind_env.envs.vector_env import side_by_side
 
-SPEEDS = 12
-"""Number of values of E that are tried, spaced geometrically over the range, if the task has no levels."""
-INTERVALS = (1, 2, 3, 5, 8, 12, 20)
-"""Blocks from one dress to the next; plans without a dress are tried, too."""
-EPISODES = 16
-"""Number of episodes of each plan."""
+SPEEDS = 12  #: number of values of E that are tried, spaced geometrically over the range, if the task has no levels
+INTERVALS = (1, 2, 3, 5, 8, 12, 20)  #: blocks from one dress to the next; plans without a dress are tried, too
+EPISODES = 16  #: number of episodes of each plan
 COST = Outcome._fields.index("cost")
 
 

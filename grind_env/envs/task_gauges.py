@@ -8,12 +8,9 @@ from grind_env.belief.power_sensor import POWER_NOISE, POWER_NOISE_FLOOR
 from grind_env.kernel import inlined
 from grind_env.process.gauge_readings import TRUTH, Gauge, GaugeReadings, chain_gauges
 
-SIZE_NOISE = 0.7
-"""Standard deviation of the size gauge, um."""
-TAPER_NOISE = SIZE_NOISE * 2.0**0.5
-"""Standard deviation of a gauged taper, the difference of two sizes, um."""
-ROUGHNESS_NOISE = 0.06
-"""Relative standard deviation of the roughness gauge."""
+SIZE_NOISE = 0.7  #: standard deviation of the size gauge, um
+TAPER_NOISE = SIZE_NOISE * 2.0**0.5  #: standard deviation of a gauged taper, the difference of two sizes, um
+ROUGHNESS_NOISE = 0.06  #: relative standard deviation of the roughness gauge
 
 
 @inlined
@@ -52,8 +49,7 @@ def _read(truth: GaugeReadings, own: Any, seconds: float, noise: GaugeReadings) 
     return shown, own
 
 
-GAUGE = Noisy(_read)
-"""Gauges of the tasks."""
+GAUGE = Noisy(_read)  #: gauges of the tasks
 
 
 def noisy(gauge: Gauge) -> Gauge:

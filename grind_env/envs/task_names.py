@@ -2,17 +2,15 @@
 
 from pathlib import Path
 
-FOLDER = Path(__file__).with_name("tasks")
-"""Folder of the task files."""
+FOLDER = Path(__file__).with_name("tasks")  #: folder of the task files
 
+#: names of ids with a module of their own in `grind_env.envs.ids`; some have a task file, too
 MODULE_NAMES = tuple(sorted({path.stem for path in Path(__file__).with_name("ids").glob("[a-z]*.py")}))
-"""Names of ids with a module of their own in `grind_env.envs.ids`; some have a task file, too."""
 
+#: tasks of the benchmark, each with a demand of its own; the other tasks are diagnostic
 CORE = ("power_limited", "reciprocation", "wide_plates", "wide_rails", "blades", "rush", "job_shop")
-"""Tasks of the benchmark, each with a demand of its own; the other tasks are diagnostic."""
 
-ANY_TASK = "grind/Task-v0"
-"""Id of all tasks in files of users."""
+ANY_TASK = "grind/Task-v0"  #: id of all tasks in files of users
 
 
 def task_names() -> list[str]:

@@ -47,8 +47,8 @@ from grind_env.process.process_interface import Moment, Process
 from grind_env.process.stroke_and_dress import dressed_wheel
 from grind_env.process.stroke_types import FORCES, StrokeParameters, WheelState
 
+#: number of episodes that are prepared, ground and settled together; their rows fit into the processor's cache
 TOGETHER = 1024
-"""Number of episodes that are prepared, ground and settled together; their rows fit into the processor's cache."""
 DIAMETER, WEAR = WheelState._fields.index("ds"), WheelState._fields.index("W")
 FACTOR_COLUMNS = tuple(TapeRow._fields.index(name) for name in FACTORS)
 SPARE_COLUMNS = tuple(TapeRow._fields.index(name) for name in SPARE_FACTORS)

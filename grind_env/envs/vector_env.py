@@ -241,8 +241,8 @@ class GrindVectorEnv(EpisodeLength, VectorEnv[Array, Any, Array]):
         return info
 
 
+#: arguments that a vector environment takes for itself
 OF_VECTORS = inspect.signature(GrindVectorEnv).parameters.keys() - {"simulation", "num_envs"}
-"""Arguments that a vector environment takes for itself."""
 
 
 def side_by_side(make: Callable[..., GrindEnv]) -> Callable[..., GrindVectorEnv]:

@@ -19,6 +19,7 @@ from grind_env.render.paper_style import COLOURS, DASHES, MARKS, PAGE, paper_sty
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+#: heading, factor and limit (a field of `process.cost.Limits`) of each panel, by the field of `record.STROKE_ROW`
 PANELS = {
     "Z": ("depth, mm", 1.0, ""),
     "power": ("power, kW", 0.001, "power"),
@@ -26,9 +27,7 @@ PANELS = {
     "Ra": ("Ra, µm", 1.0, "roughness"),
     "A": ("wear-flat\narea, %", 100.0, ""),
 }
-"""Heading, factor and limit (a field of `process.cost.Limits`) of each panel, by the field of `record.STROKE_ROW`."""
-HEIGHT = 0.85
-"""Height of a panel, in."""
+HEIGHT = 0.85  #: height of a panel, in
 
 
 def dressed_run(problem: Problem, speed: float, every: int) -> GrindingRecord:

@@ -25,10 +25,9 @@ from numba.extending import is_jitted
 
 from grind_env.kernel.fingerprint import names_in
 
+#: environment variables of tests and of cluster workers; these start no background process
 WORKERS = "PYTEST_CURRENT_TEST", "RAY_RAYLET_PID"
-"""Environment variables of tests and of cluster workers; these start no background process."""
-LENGTH = 8
-"""Number of bytes that hold the length of a message."""
+LENGTH = 8  #: number of bytes that hold the length of a message
 
 
 class Background:

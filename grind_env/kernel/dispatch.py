@@ -17,21 +17,16 @@ from numba.extending import is_jitted
 from grind_env.kernel.background_compiler import Background
 from grind_env.kernel.cache import compile_seconds
 
-SHARE = 0.05
-"""Ratio of the time of plain calls to the compile time at which the background process starts to compile."""
-INLINED_SECONDS = 0.1
-"""Time of plain calls after which an inlined function is compiled, s: about its compile time."""
-MANY = 16
-"""Number of parallel episodes from which on plain Python is too slow."""
-MANY_ROWS = 1024
-"""Number of rows in one call from which on plain Python is too slow."""
-CACHE_CHECK_SECONDS = 0.25
-"""Time of plain calls between two checks of the cache, s."""
+SHARE = 0.05  #: ratio of the time of plain calls to the compile time at which the background process starts to compile
+INLINED_SECONDS = 0.1  #: time of plain calls after which an inlined function is compiled, s: about its compile time
+MANY = 16  #: number of parallel episodes from which on plain Python is too slow
+MANY_ROWS = 1024  #: number of rows in one call from which on plain Python is too slow
+CACHE_CHECK_SECONDS = 0.25  #: time of plain calls between two checks of the cache, s
+#: errors of Python floats, such as a division by 0, where compiled code continues with infinity or NaN
 PYTHON_ERRORS = ArithmeticError, ValueError
-"""Errors of Python floats, such as a division by 0, where compiled code continues with infinity or NaN."""
 
+#: the plain Python function of each compiled function that has run as plain Python
 WRITTEN: dict[Any, FunctionType] = {}
-"""The plain Python function of each compiled function that has run as plain Python."""
 
 
 class Entry(CPUDispatcher):  # type: ignore[misc]  # numba has no types

@@ -28,11 +28,11 @@ EXP_0, EXP_1, EXP_2, EXP_3, EXP_4 = (
     0.00138888889171967,
 )
 EXP_5, EXP_6, EXP_7 = 0.00019841269863040545, 2.4801521322368692e-05, 2.7557268480310024e-06
+#: coefficients of (e^r - 1 - r)/r^2 in powers of r, for |r| up to ln 2/2
 EXP_8, EXP_9 = 2.7620075879983367e-07, 2.5100375832561234e-08
-"""Coefficients of (e^r - 1 - r)/r^2 in powers of r, for |r| up to ln 2/2."""
 LOG_0, LOG_1, LOG_2, LOG_3 = 0.666666666666667, 0.39999999999899505, 0.28571428625975487, 0.2222221113479508
+#: coefficients of (2 atanh(s)/s - 2)/s^2 in powers of s^2, for 1/sqrt(2) <= (1 + s)/(1 - s) < sqrt(2)
 LOG_4, LOG_5, LOG_6 = 0.18182889125261723, 0.15331721600556042, 0.14616449685043406
-"""Coefficients of (2 atanh(s)/s - 2)/s^2 in powers of s^2, for 1/sqrt(2) <= (1 + s)/(1 - s) < sqrt(2)."""
 
 
 def bits_of(x: float) -> int:

@@ -11,15 +11,13 @@ from typing import TypeAlias
 from grind_env.kernel.exp_log import log
 from grind_env.kernel.jit_decorators import inlined
 
-Words: TypeAlias = tuple[int, int, int, int]
-"""Four words of 32 bits each."""
+Words: TypeAlias = tuple[int, int, int, int]  #: four words of 32 bits each
 
 WORD = 0xFFFFFFFF
 ROUNDS = 10
 MULTIPLIER_0, MULTIPLIER_2 = 0xD2511F53, 0xCD9E8D57
 WEYL_0, WEYL_1 = 0x9E3779B9, 0xBB67AE85
-CENTRE = 0.425
-"""Largest distance from probability 1/2 at which the first rational function is used."""
+CENTRE = 0.425  #: largest distance from probability 1/2 at which the first rational function is used
 
 
 @inlined

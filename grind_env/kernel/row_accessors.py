@@ -20,11 +20,10 @@ from numba.extending import lower_builtin, type_callable
 
 Record = TypeVar("Record")
 
+#: function of LLVM's builder and a lane or row number; returns the array indices of the fields of that record
 Indices: TypeAlias = Callable[[Any, Any], list[tuple[Any, ...]]]
-"""Function of LLVM's builder and a lane or row number; returns the array indices of the fields of that record."""
 
-LANES, ROWS = 1, 2
-"""Number of dimensions of a lane buffer, and of a table."""
+LANES, ROWS = 1, 2  #: number of dimensions of a lane buffer, and of a table
 
 
 class Replace(Protocol):

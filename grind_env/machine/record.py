@@ -25,6 +25,7 @@ from grind_env.optional_libraries import needing
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+#: units of the fields of `STROKE_ROW`, `EXECUTION_ROW`, `DRESS_ROW` and `PART_ROW`; other fields have no unit
 UNITS = {
     name: unit
     for unit, names in {
@@ -46,10 +47,9 @@ UNITS = {
     }.items()
     for name in names.split()
 }
-"""Units of the fields of `STROKE_ROW`, `EXECUTION_ROW`, `DRESS_ROW` and `PART_ROW`; other fields have no unit."""
 
+#: number formats of fields in a CSV file; other fields have six digits
 DIGITS = {"time": ".3f", "seconds": ".3f", "ds": ".5f"}
-"""Number formats of fields in a CSV file; other fields have six digits."""
 
 DRESS_ROW = np.dtype(
     [

@@ -10,14 +10,10 @@ from typing import Any
 from grind_env.data_table import Column, table_of
 from grind_env.message_text import printable
 
-MOST_ROWS = 30
-"""Most rows of a table; a longer table shows its first and last rows."""
-MOST_ITEMS = 10
-"""Most items of a list; a longer list shows its first and last items."""
-MOST_LINES = 60
-"""Most lines of a listing; further lines are only counted."""
-LONGEST_LINE = 160
-"""Most characters in a line of a listing."""
+MOST_ROWS = 30  #: most rows of a table; a longer table shows its first and last rows
+MOST_ITEMS = 10  #: most items of a list; a longer list shows its first and last items
+MOST_LINES = 60  #: most lines of a listing; further lines are only counted
+LONGEST_LINE = 160  #: most characters in a line of a listing
 
 BAD = "color:#d8433b;font-weight:bold"
 """Style of a bad value, readable on white and on black."""

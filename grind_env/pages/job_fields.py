@@ -7,11 +7,9 @@ from grind_env.machine.job import Diamond, Lots, Part, Setup, Stage, Station, Ti
 from grind_env.process.catalogue import KINDS, USUAL
 from grind_env.process.toml_tables import Content
 
-STAGES = "part.stages"
-"""A table for each stage, headed `[[part.stages]]`."""
+STAGES = "part.stages"  #: a table for each stage, headed `[[part.stages]]`
 
-STATIONS = "stations"
-"""A table for each station, headed `[[stations]]`."""
+STATIONS = "stations"  #: a table for each station, headed `[[stations]]`
 
 NUMBER, BESIDE = "its number", "beside these any key of [part] in which it differs"
 PLANT = "name of the out-of-model machine that grinds: meter:7, foreign:3+meter:7, held-out:5"

@@ -10,12 +10,9 @@ from grind_env.envs.cost import Outcome
 from grind_env.envs.reset_options import Given
 from grind_env.envs.simulation import Simulation, advance
 
-SAVINGS_LEFT = 0.9
-"""Share at which the savings of a dress still count at the end of the interval."""
-SPEEDS = 8
-"""Number of table speeds tried."""
-GROWTH = 1.25
-"""Ratio of one interval tried to the one before; short intervals grow by one step."""
+SAVINGS_LEFT = 0.9  #: share at which the savings of a dress still count at the end of the interval
+SPEEDS = 8  #: number of table speeds tried
+GROWTH = 1.25  #: ratio of one interval tried to the one before; short intervals grow by one step
 
 COST = Outcome._fields.index("cost")
 

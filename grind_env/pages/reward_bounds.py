@@ -16,10 +16,8 @@ from grind_env.envs.cost import reward_terms
 from grind_env.envs.tasks import Kind, Task
 from grind_env.process.cost import MOST_HANDOVER_DRESSES
 
-STOCK_SIGMAS = 6.0
-"""Number of standard deviations of stock within the bounds; one part in a billion has more."""
-WORST_WEAR = 0.01
-"""Least G-ratio within the bounds, as a share of the reference G-ratio of wheel and material."""
+STOCK_SIGMAS = 6.0  #: number of standard deviations of stock within the bounds; one part in a billion has more
+WORST_WEAR = 0.01  #: least G-ratio within the bounds, as a share of the reference G-ratio of wheel and material
 
 MEANINGS = {
     "time": "hourly rate x time of strokes, dresses, loading, wheel change and stall",

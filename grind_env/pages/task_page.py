@@ -197,8 +197,7 @@ def _scores(about: TaskSheet) -> str:
     )
 
 
-COUNT = 4
-"""Number of environments in the vector environment of the example."""
+COUNT = 4  #: number of environments in the vector environment of the example
 
 
 def example(about: TaskSheet) -> str:

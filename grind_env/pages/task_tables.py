@@ -11,6 +11,7 @@ from grind_env.pages.reward_bounds import MEANINGS, STOCK_SIGMAS, WORST_WEAR, Re
 from grind_env.pages.task_page_data import TaskSheet
 
 LOTS = {"lot_growth": "dulling rate kA", "lot_pressure": "wear-flat pressure pm"}
+#: quantities that log-normal factors multiply, by the key of the factor in a task file
 EPISODE = {
     "wheel_growth": "dulling rate kA, of every wheel",
     "wheel_roughness": "roughness scale, of every wheel",
@@ -18,7 +19,6 @@ EPISODE = {
     "g_ratio": "G-ratio",
     "convection": "convection of the coolant",
 }
-"""Quantities that log-normal factors multiply, by the key of the factor in a task file."""
 
 
 def action_table(sheet: TaskSheet) -> str:

@@ -22,8 +22,8 @@ from grind_env.validation.published_checks import CASES, magnitude
 from grind_env.validation.rig import Rig
 from grind_env.validation.valve_alloys import RESPONSES, WHEELS, AlloyRuns, measured, simulated
 
+#: number of machines drawn for a band, seed of the draws, and percentiles of the ends of the band
 MACHINES, SEED, BAND = 40, 24, (5.0, 95.0)
-"""Number of machines drawn for a band, seed of the draws, and percentiles of the ends of the band."""
 INK, SHADE, LINES = "#111111", "#8fb3d1", ("-", "--", ":")
 
 

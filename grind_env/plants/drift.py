@@ -11,8 +11,8 @@ from grind_env.process.gauge_readings import Gauge, GaugeReadings
 from grind_env.process.process_interface import Drive, Hook, Moment
 from grind_env.process.stroke_types import StrokeParameters, WheelState
 
+#: bounds of the random walks: logarithms of the factors on kA and pm, and the change of idle power, W
 MOST_DULLING, MOST_PRESSURE, MOST_IDLE = math.log(2.5), 0.2, 300.0
-"""Bounds of the random walks: logarithms of the factors on kA and pm, and the change of idle power, W."""
 
 
 class DriftOwn(NamedTuple):

@@ -18,12 +18,10 @@ from grind_env.process.gauge_readings import Gauge
 from grind_env.process.process_interface import Hook, Process
 from grind_env.toml import read_toml
 
+#: streams of random numbers without a common number: for development machines and for held-out test machines
 PUBLIC, HELD_OUT = 1, 2
-"""Streams of random numbers without a common number: for development machines and for held-out test machines."""
-SEED = "_seed"
-"""Suffix of the field that holds the seed of random events."""
-FACTOR = "factor"
-"""Value of `spread` in `ranges.toml` for a number whose logarithm is drawn uniformly."""
+SEED = "_seed"  #: suffix of the field that holds the seed of random events
+FACTOR = "factor"  #: value of `spread` in `ranges.toml` for a number whose logarithm is drawn uniformly
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -8,8 +8,7 @@ from grind_env.plants.family import Family, ranges_of
 from grind_env.process.process_interface import Drive, Hook, Moment
 from grind_env.process.stroke_types import StrokeParameters, WheelState
 
-LEAST_FLOW = 0.2
-"""Smallest share of the convection when a nozzle clogs: the other nozzles still flood the contact."""
+LEAST_FLOW = 0.2  #: smallest share of the convection when a nozzle clogs: the other nozzles still flood the contact
 
 
 class FluidOwn(NamedTuple):

@@ -20,10 +20,9 @@ from grind_env.process.equations.roughness import REFERENCE_RATE
 from grind_env.process.process_interface import Process, joined
 from grind_env.process.stroke_types import StrokeConstants, StrokeResult, WheelState
 
+#: nominal depth, mm, table speed, mm/s, and volume since the dress, mm3/mm; there the dulling rate is the package's
 DEPTH, SPEED, VOLUME = 0.010, 200.0, 300.0
-"""Nominal depth, mm, table speed, mm/s, and volume since the dress, mm3/mm; there the dulling rate is the package's."""
-LEAST = 1e-9
-"""Smallest interference, mm, used in place of 0 or less."""
+LEAST = 1e-9  #: smallest interference, mm, used in place of 0 or less
 
 
 class ForeignOwn(NamedTuple):

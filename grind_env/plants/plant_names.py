@@ -21,17 +21,14 @@ from grind_env.plants.table import TABLE
 from grind_env.plants.textbook import TEXTBOOK
 from grind_env.plants.thermal import THERMAL
 
+#: families of the sets `public` and `held-out`, in their order in a mix: process wrappers first. Frozen
 PUBLIC_FAMILIES: tuple[Family, ...] = (FOREIGN, BURSTS, THERMAL, METER, TABLE, GRADED, FLUID, SOFT, DRIFT)
-"""Families of the sets `public` and `held-out`, in their order in a mix: process wrappers first. Frozen."""
 FAMILIES = (*PUBLIC_FAMILIES, TEXTBOOK)
-TRAINING = "training"
-"""Set of machines that are drawn as in `public` or as in `laws`, with probability 1/2 each."""
+TRAINING = "training"  #: set of machines that are drawn as in `public` or as in `laws`, with probability 1/2 each
+#: stream of random numbers of each set of mixes
 SETS = {"held-out": HELD_OUT, "public": PUBLIC, "held-out-laws": HELD_OUT, "laws": PUBLIC, TRAINING: PUBLIC}
-"""Stream of random numbers of each set of mixes."""
-MODEL = Plant(name="model")
-"""The machine that equals the model."""
-FEWEST, MOST = 2, 4
-"""Smallest and largest number of families in a machine of a set."""
+MODEL = Plant(name="model")  #: the machine that equals the model
+FEWEST, MOST = 2, 4  #: smallest and largest number of families in a machine of a set
 FORMS = "'meter:7', a mix as 'foreign:3+meter:7', 'held-out:5', 'laws:5', or 'module:name' for one's own"
 
 _PART = re.compile(r"(?P<name>[\w.-]+)(?::(?P<seed>\d+))?")

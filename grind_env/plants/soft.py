@@ -8,8 +8,7 @@ from grind_env.plants.family import Family, ranges_of
 from grind_env.process.process_interface import Drive, Hook, Moment
 from grind_env.process.stroke_types import StrokeParameters, WheelState
 
-REACH = 300.0
-"""Distance from the middle of the table to its end, mm."""
+REACH = 300.0  #: distance from the middle of the table to its end, mm
 
 
 class SoftOwn(NamedTuple):

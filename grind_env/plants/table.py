@@ -7,8 +7,7 @@ from grind_env.plants.family import Family, ranges_of
 from grind_env.process.process_interface import Drive, Hook, Moment
 from grind_env.process.stroke_types import StrokeParameters, WheelState
 
-FAST = 30_000.0
-"""Table speed, mm/min, for which `ranges.toml` gives the losses."""
+FAST = 30_000.0  #: table speed, mm/min, for which `ranges.toml` gives the losses
 
 
 class TableOwn(NamedTuple):

@@ -22,10 +22,9 @@ from grind_env.process.equations.roughness import REFERENCE_RATE
 from grind_env.process.process_interface import Process, joined
 from grind_env.process.stroke_types import StrokeConstants, StrokeResult, WheelState
 
+#: ratio of the flats after a dress to the flats of a freshly fractured surface, for the catalogue's alumina wheels
 DRESSED = 4.0 / 3.0
-"""Ratio of the flats after a dress to the flats of a freshly fractured surface, for the catalogue's alumina wheels."""
-THINNEST = 0.005
-"""Smallest chip thickness, um; thinner chips count as this thick."""
+THINNEST = 0.005  #: smallest chip thickness, um; thinner chips count as this thick
 
 
 class TextbookOwn(NamedTuple):
@@ -52,11 +51,11 @@ class TextbookOwn(NamedTuple):
     textbook_roughens: float = 1.0
 
 
+#: constants of a stroke that the laws replace
 FIELDS = (
     *("u_ch", "kp", "pa", "pb", "AL", "beta", "krw", "hf", "e_ch", "per_capacity"),
     *("mG", "per_G", "kf", "wi", "per_dr", "kA", "kL", "f0", "f1", "nr"),
 )
-"""Constants of a stroke that the laws replace."""
 ruled = replacer(StrokeConstants, *FIELDS)
 dulled = replacer(WheelState, "A")
 heated = replacer(StrokeResult, "heat", "eps")

@@ -23,8 +23,7 @@ from grind_env.policies.score_statistics import (
 from grind_env.policies.scoring import Judgement, evaluate
 from grind_env.score_scale import EPISODES, Reference, reference
 
-AGENT, ON_STATE = TRAINED[0], "mpc"
-"""Bundled agent, and planner on the true state; both are shown next to a policy."""
+AGENT, ON_STATE = TRAINED[0], "mpc"  #: bundled agent, and planner on the true state; both are shown next to a policy
 SAID = """\
 Score 0: the best fixed plan; 100: hindsight. best tuned: the best rule or planner with tuned parameters. IQM: mean of
 the middle half of the tasks; below -100 counts as -100. 95 % CI; of best tuned and mpc unpaired, of others paired."""

@@ -13,10 +13,10 @@ NEW_LOT, PRESSURE = TapeRow._fields.index("new_lot"), TapeRow._fields.index("pm"
 PART_ROUGHNESS = TapeRow._fields.index("part_ra")
 ROUGHNESS, SPARE_ROUGHNESS = TapeRow._fields.index("ra_scale"), TapeRow._fields.index("spare_ra_scale")
 DUE, WORK = TapeRow._fields.index("due"), TapeRow._fields.index("work")
+#: columns that the list of the blocks to grind shows in advance
 LISTED = [TapeRow._fields.index(name) for name in ("kind", "material", "work", "is_due")]
-"""Columns that the list of the blocks to grind shows in advance."""
+#: columns of the factors of a wheel: of the first wheel, and of a wheel after a change
 OF_WHEEL = [tuple(TapeRow._fields.index(name) for name in (old, f"spare_{old}")) for old in ("kA", "ra_scale")]
-"""Columns of the factors of a wheel: of the first wheel, and of a wheel after a change."""
 CHANGES, CLOCK, SURVIVAL = (History._fields.index(name) for name in ("wheel_changes", "clock", "survival"))
 COST, SECONDS = Outcome._fields.index("cost"), Outcome._fields.index("seconds")
 AREA, LOADING, VOLUME = (WheelState._fields.index(name) for name in ("A", "lam", "V"))

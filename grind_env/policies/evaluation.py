@@ -23,12 +23,11 @@ from grind_env.policies.policy import Policy
 from grind_env.policies.privileged_information import reveal
 from grind_env.policies.score_statistics import Interval, bootstrap, cost_per_good_part, normalised_score
 
+#: first seed of each range, frozen. A seed gives one episode, the same as `env.reset(seed=...)`. The split, not the
+#: seed, limits the contexts (`grind_env.envs.reset_options`)
 SEEDS = {"training": 0, "validation": 500_000, "evaluation": 2_000_000}
-"""First seed of each range, frozen. A seed gives one episode, the same as `env.reset(seed=...)`. The split, not the
-seed, limits the contexts (`grind_env.envs.reset_options`)."""
 
-SEEDS_EACH = 500_000
-"""Number of seeds in each range."""
+SEEDS_EACH = 500_000  #: number of seeds in each range
 
 COST, GOOD, FINISHED = (Outcome._fields.index(name) for name in ("cost", "good", "finished"))
 

@@ -20,23 +20,21 @@ from grind_env.envs.simulation import Simulation
 from grind_env.envs.task_gauges import ROUGHNESS_NOISE, SIZE_NOISE
 from grind_env.policies.scripted.learned_laws import AIM, PowerLaw
 
+#: running sum of surprises (CUSUM: Page, Biometrika 41 (1954) 100), in standard deviations: amount subtracted at each
+#: reading, limit of the sum, and largest amount added by one reading. With normal errors the sum passes the limit once
+#: in some 100,000 readings; with the ensemble's errors, a few of which are larger, once in 3,000 blocks of PowerLimited
 SLACK, BEARABLE, MOST = 1.0, 6.0, 4.0
-"""Running sum of surprises (CUSUM: Page, Biometrika 41 (1954) 100), in standard deviations: amount subtracted at each
-reading, limit of the sum, and largest amount added by one reading. With normal errors the sum passes the limit once in
-some 100,000 readings; with the ensemble's errors, a few of which are larger, once in 3,000 blocks of PowerLimited."""
+#: running sum of squared surprises of either sign: limit of the sum, largest sum, and the amount subtracted and largest
+#: square at each reading. Beyond the limit the machine is not the model, even if it is a better one
 DOUBTFUL, MOST_DOUBT, USUAL_SQUARE, LARGE_SQUARE = 15.0, 30.0, 2.0, 9.0
-"""Running sum of squared surprises of either sign: limit of the sum, largest sum, and the amount subtracted and largest
-square at each reading. Beyond the limit the machine is not the model, even if it is a better one."""
+#: standard deviations from forecast to limit at which one reading in twenty is beyond the limit; more is unexpected
 UNLIKELY = 1.645
-"""Standard deviations from forecast to limit at which one reading in twenty is beyond the limit; more is unexpected."""
-HOLDS = 2.0
-"""Standard deviations within which a forecast holds."""
-ROUNDING = 0.5
-"""Rounding of a size, um; no forecast is more precise."""
+HOLDS = 2.0  #: standard deviations within which a forecast holds
+ROUNDING = 0.5  #: rounding of a size, um; no forecast is more precise
+#: Ra over its limit and the standard deviation of its logarithm, where no model forecasts Ra
 USUAL_RATIO, RATIO_SPREAD = 0.5, 0.35
-"""Ra over its limit and the standard deviation of its logarithm, where no model forecasts Ra."""
+#: number of readings in the running mean of the forecast errors of size and Ra. The power forecast learns by itself
 MEMORY = 8.0
-"""Number of readings in the running mean of the forecast errors of size and Ra. The power forecast learns by itself."""
 
 
 class WatchedReading(NamedTuple):
@@ -53,10 +51,10 @@ class WatchedReading(NamedTuple):
 
 NAMES = ("peak power", "mean power", "size error", "Ra")
 UNITS = ("kW", "kW", "um", "of its limit")
+#: whether a forecast is corrected by its mean error, in the order of `NAMES`
 LEARNED = np.array([False, False, True, True])
-"""Whether a forecast is corrected by its mean error, in the order of `NAMES`."""
+#: whether the model leaves a reading's scale open, in the order of `NAMES`; a learned scale raises no doubt
 OPEN = np.array([False, False, False, True])
-"""Whether the model leaves a reading's scale open, in the order of `NAMES`; a learned scale raises no doubt."""
 PEAK, MEAN, SIZE, ROUGHNESS = range(len(NAMES))
 
 

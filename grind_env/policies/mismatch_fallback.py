@@ -13,11 +13,10 @@ from grind_env.policies.mismatch_alarms import Watch
 from grind_env.policies.policy import Policy, Sees
 from grind_env.policies.scripted.empirical_rule import EmpiricalRule
 
+#: least length of the first alarm, blocks, and factor by which each further alarm is longer: a policy that was wrong
+#: more often has to be right for longer
 SHORTEST, LONGER = 4.0, 2.0
-"""Least length of the first alarm, blocks, and factor by which each further alarm is longer: a policy that was wrong
-more often has to be right for longer."""
-STEP = 1.25
-"""Largest factor by which E rises from block to block when a policy returns."""
+STEP = 1.25  #: largest factor by which E rises from block to block when a policy returns
 
 
 @dataclass

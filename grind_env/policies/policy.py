@@ -13,9 +13,9 @@ from grind_env.envs.episode_state import Episodes
 from grind_env.envs.simulation import Simulation
 from grind_env.policies.choices import Decision
 
+#: `measurements`: what a real machine measures; `state`: the true state before the coming block, and its true lot and
+#: stock; `future`: every later lot and stock too
 Sees = Literal["measurements", "state", "future"]
-"""`measurements`: what a real machine measures; `state`: the true state before the coming block, and its true lot
-and stock; `future`: every later lot and stock too."""
 
 
 class Policy(Protocol):

@@ -17,18 +17,16 @@ from grind_env.policies.policy import Policy
 from grind_env.policies.registry import TRAINED, make_policy
 from grind_env.policies.scripted.rules import Fixed
 
+#: folder of the bundled agents: a folder for each name in `TRAINED`, with one file per task
 SHIPPED = Path(__file__).with_name("shipped")
-"""Folder of the bundled agents: a folder for each name in `TRAINED`, with one file per task."""
-FALLBACK = "adaptive_rule"
-"""Default policy for tasks without a bundled agent."""
+FALLBACK = "adaptive_rule"  #: default policy for tasks without a bundled agent
 
 CONSTANT = re.compile(r"E(\d{1,9}(?:\.\d{1,9})?)D(\d{1,9})")
-OWN = re.compile(r"([A-Za-z_][\w.]*):([A-Za-z_]\w*)")
-"""Name of a user's policy: module and name."""
+OWN = re.compile(r"([A-Za-z_][\w.]*):([A-Za-z_]\w*)")  #: name of a user's policy: module and name
 
 
+#: function that reads a model of Stable-Baselines3, such as `grind_env.sb3.load_zip`
 Unzip = Callable[[Path, Simulation], Policy]
-"""Function that reads a model of Stable-Baselines3, such as `grind_env.sb3.load_zip`."""
 
 
 def named_policy(

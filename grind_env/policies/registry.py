@@ -22,11 +22,10 @@ from grind_env.policies.scripted.look_ahead import LookAhead
 from grind_env.policies.tuned_parameters import ConfigError, tuned_arguments, tuned_folder
 
 UNIFORM_PLANS = ("constant", "interval")
+#: plans that a shop can write into a program without sensors; the best plan scores 0. The last plan is for tasks with
+#: several kinds of block
 FIXED_PLANS = (*UNIFORM_PLANS, "constant_per_kind")
-"""Plans that a shop can write into a program without sensors; the best plan scores 0. The last plan is for tasks with
-several kinds of block."""
-REFERENCE = "hindsight"
-"""Policy that scores 100."""
+REFERENCE = "hindsight"  #: policy that scores 100
 
 UNTUNED: dict[str, Callable[[], Policy]] = {
     "random": rules.Random,
@@ -36,6 +35,7 @@ UNTUNED: dict[str, Callable[[], Policy]] = {
     REFERENCE: Hindsight,
 }
 
+#: policies with tuned parameters. All lists of policies begin with the policy that knows least
 TUNED: dict[str, Callable[..., Policy]] = {
     "constant": partial(rules.Fixed, name="constant"),
     "interval": partial(rules.Fixed, name="interval"),
@@ -51,21 +51,18 @@ TUNED: dict[str, Callable[..., Policy]] = {
     "roughness_rule": partial(FullStateRule, gK=0.0, wK=0.0, name="roughness_rule"),
     "full_state_rule": FullStateRule,
 }
-"""Policies with tuned parameters. All lists of policies begin with the policy that knows least."""
 
+#: adaptive rule without one of its decisions, and full-state rule with part of its knowledge: only the dullness of the
+#: wheel, or also the dulling rate of the lot, or also the Ra of wheel and part. They show the value of each decision
+#: and each piece of knowledge. `make_policy` takes their names, but no list of policies has them
 ABLATIONS = ("adaptive_speed", "adaptive_dress", "dullness_rule", "growth_rule", "roughness_rule")
-"""Adaptive rule without one of its decisions, and full-state rule with part of its knowledge: only the dullness of the
-wheel, or also the dulling rate of the lot, or also the Ra of wheel and part. They show the value of each decision and
-each piece of knowledge. `make_policy` takes their names, but no list of policies has them."""
+#: policies without reference scores, in no list: the fallback on out-of-model machines, and the planner on the belief
 UNSCORED = ("empirical_rule", "belief_planner")
-"""Policies without reference scores, in no list: the fallback on out-of-model machines, and the planner on the
-belief."""
+#: bundled agents, each with a folder: the first is trained on the model, the second on a public machine per episode
 TRAINED = ("plain_gru", "robust")
-"""Bundled agents, each with a folder: the first is trained on the model, the second on a public machine per episode."""
-RENAMED = {"bc": "plain_gru", "shipped": "plain_gru"}
-"""New name of each renamed policy."""
+RENAMED = {"bc": "plain_gru", "shipped": "plain_gru"}  #: new name of each renamed policy
+#: policies that simulate a block many times before they decide
 BRANCHING = ("belief_rule", "look_ahead", "belief_planner", "mpc", REFERENCE)
-"""Policies that simulate a block many times before they decide."""
 
 
 def policy_names(simulation: Simulation) -> list[str]:

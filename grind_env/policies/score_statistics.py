@@ -15,12 +15,10 @@ from grind_env.array_types import Array
 
 RESAMPLES = 4000
 COVERAGE = 0.95
-AT_ONCE = 250_000
-"""Number of values drawn at once, which fit into the processor's cache."""
+AT_ONCE = 250_000  #: number of values drawn at once, which fit into the processor's cache
 
 
-CLIP = -100.0
-"""Lowest score in aggregates; lower scores are raised to it."""
+CLIP = -100.0  #: lowest score in aggregates; lower scores are raised to it
 
 
 class Interval(NamedTuple):

@@ -31,8 +31,7 @@ from grind_env.policies.score_statistics import (
 from grind_env.policies.tuned_parameters import ConfigError
 from grind_env.score_scale import Reference, find_reference
 
-REFERENCE_SEEDS = "evaluation"
-"""Seeds of the reference scores, which use the first episodes in the split `all`."""
+REFERENCE_SEEDS = "evaluation"  #: seeds of the reference scores, which use the first episodes in the split `all`
 
 
 @dataclass(frozen=True, slots=True)

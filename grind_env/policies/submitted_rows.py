@@ -35,13 +35,13 @@ from grind_env.policies.track import BASELINE, MACHINES, TASK, run_shifts
 from grind_env.task_version import TASK_VERSION, of_version
 
 FORMAT = 2
+#: names of policies of the package, which need no file of a user
 OF_PACKAGE = re.compile(r"(?:guarded:)?(?:\w+|E[\d.]+D\d+)", re.ASCII)
-"""Names of policies of the package, which need no file of a user."""
 MOST_EPISODES, MOST_SEED = 10_000, 1 << 63
+#: number of random bits of a drawn seed; the bit above them is 1, so a drawn seed is larger than every frozen seed
 FRESH = 62
-"""Number of random bits of a drawn seed; the bit above them is 1, so a drawn seed is larger than every frozen seed."""
+#: largest relative error of the mean of a re-run; another processor may round the policy's numbers differently
 NEAR = 1e-3
-"""Largest relative error of the mean of a re-run; another processor may round the policy's numbers differently."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -28,8 +28,7 @@ from grind_env.policies.policy_lookup import named_policy
 from grind_env.policies.problem_lookup import find_problem
 from grind_env.policies.track import TrackShift
 
-LONGEST = 300
-"""Largest number of characters that a message quotes from the error of an ended process."""
+LONGEST = 300  #: largest number of characters that a message quotes from the error of an ended process
 
 
 @dataclass

@@ -25,8 +25,8 @@ from grind_env.policies.problem_lookup import find_problem
 from grind_env.policies.scoring import check_policy
 
 TASK, SHIFTS, BASELINE = "power_limited", 10, "robust"
+#: machines of the track: half differ by families of deviations, half by other laws of grinding
 MACHINES = tuple(f"{name}:{number}" for name in ("held-out", "held-out-laws") for number in range(1, 11))
-"""Machines of the track: half differ by families of deviations, half by other laws of grinding."""
 SCRAP, HANDOVER = Outcome._fields.index("scrap_cost"), Outcome._fields.index("handover_cost")
 
 

@@ -20,14 +20,11 @@ from grind_env.output_checks import FileKind
 from grind_env.task_version import TASK_VERSION, of_version
 from grind_env.toml import TomlError, read_toml, toml_text
 
-CONFIGS = Path(__file__).with_name("parameters")
-"""Folder of the package's parameters."""
-OWN = Path("runs", "parameters")
-"""Folder of the parameters of a user's files."""
+CONFIGS = Path(__file__).with_name("parameters")  #: folder of the package's parameters
+OWN = Path("runs", "parameters")  #: folder of the parameters of a user's files
 
 HEADING = "# Parameters of the scripted policies for "
-VERSION = "task_version"
-"""Key of the version of the tasks that a file is tuned for."""
+VERSION = "task_version"  #: key of the version of the tasks that a file is tuned for
 TUNED_FILE = FileKind("file of tuned parameters", re.compile(rf"{HEADING}|{VERSION} *=".encode()).match)
 
 Value = float | int | list[float] | list[int]

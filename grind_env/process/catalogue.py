@@ -44,19 +44,16 @@ KINDS: Mapping[str, type[Entry]] = {
     "machine": Machine,
 }
 
+#: the entry of each kind for a set-up that names none
 USUAL = {"wheel": "a60j", "dresser": "single_point", "fluid": "emulsion", "machine": "default"}
-"""The entry of each kind for a set-up that names none."""
 
 EntryT = TypeVar("EntryT", bound=Entry)
-Entries = Mapping[tuple[str, str], Entry]
-"""Entries by kind (a key of `KINDS`) and name."""
+Entries = Mapping[tuple[str, str], Entry]  #: entries by kind (a key of `KINDS`) and name
 
 
-RENAMED = {"force_ratio": "normal_force_ratio"}
-"""Old names of keys, with the new ones."""
+RENAMED = {"force_ratio": "normal_force_ratio"}  #: old names of keys, with the new ones
 
-UNCERTAINTY = "uncertainty"
-"""Heading of the table with the uncertainty of a calibration."""
+UNCERTAINTY = "uncertainty"  #: heading of the table with the uncertainty of a calibration
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -8,8 +8,7 @@ from grind_env.process.entries import ALUMINA, Dresser, Fluid, Machine, Material
 from grind_env.process.equations.part_slab import slab_modes
 from grind_env.process.stroke_types import StrokeParameters
 
-USUAL_HEIGHT = 20.0
-"""Height of a part if none is given, mm; the warming and growth of the part depend on it."""
+USUAL_HEIGHT = 20.0  #: height of a part if none is given, mm; the warming and growth of the part depend on it
 
 
 def stroke_parameters(

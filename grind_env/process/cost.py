@@ -11,17 +11,13 @@ from grind_env.process.equations import LEAST_DIAMETER, dressed_volume, restorat
 from grind_env.process.stroke_and_dress import dressed_wheel
 from grind_env.process.stroke_types import StrokeParameters, WheelState
 
-NO_LIMIT = 0.0
-"""Roughness limit or tolerance that means no limit."""
+NO_LIMIT = 0.0  #: roughness limit or tolerance that means no limit
 
-STALL = 1.0
-"""Ratio of the torque to the stall torque at which the spindle stalls."""
+STALL = 1.0  #: ratio of the torque to the stall torque at which the spindle stalls
 
-SCRAP_BELOW = 0.5
-"""A part that is good with less than this probability counts as scrap."""
+SCRAP_BELOW = 0.5  #: a part that is good with less than this probability counts as scrap
 
-MOST_HANDOVER_DRESSES = 4.0
-"""Highest price of a dull wheel at handover, in dress executions."""
+MOST_HANDOVER_DRESSES = 4.0  #: highest price of a dull wheel at handover, in dress executions
 
 
 class Rates(NamedTuple):

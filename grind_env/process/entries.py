@@ -15,10 +15,8 @@ from typing import Annotated, Any, ClassVar
 from grind_env.errors import GrindError
 from grind_env.message_text import quoted
 
-ALUMINA, CBN = "alumina", "cbn"
-"""Abrasives."""
-CLOSEST = 0.99
-"""Largest ratio of the lesser to the greater field of a pair of `ASCENDING`."""
+ALUMINA, CBN = "alumina", "cbn"  #: abrasives
+CLOSEST = 0.99  #: largest ratio of the lesser to the greater field of a pair of `ASCENDING`
 
 
 class CatalogueError(GrindError):

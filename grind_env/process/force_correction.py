@@ -16,10 +16,10 @@ from grind_env.process.entries import Material
 from grind_env.process.process_interface import PROCESS, Process, joined
 from grind_env.process.stroke_types import FORCES, StrokeConstants, StrokeResult, WheelState
 
+#: interference, mm, table speed, mm/s, and volume, mm3/mm, with factor 1; volume that is added to V', mm3/mm
 DEPTH, SPEED, VOLUME, EARLY = 0.010, 200.0, 300.0, 10.0
-"""Interference, mm, table speed, mm/s, and volume, mm3/mm, with factor 1; volume that is added to V', mm3/mm."""
+#: range of the interference, mm, that logs cover; the factor is constant outside, and the force follows the model
 THINNEST, DEEPEST = 0.0005, 0.1
-"""Range of the interference, mm, that logs cover; the factor is constant outside, and the force follows the model."""
 
 
 class CorrectedOwn(NamedTuple):
@@ -52,8 +52,8 @@ def _stroke(
 CORRECTED = PROCESS._replace(own=joined(PROCESS.own, CorrectedOwn), stroke=_stroke)
 
 
+#: fields of a material, in the order of `CorrectedOwn`
 EXPONENTS = ("power_depth_exponent", "power_speed_exponent", "power_volume_exponent")
-"""Fields of a material, in the order of `CorrectedOwn`."""
 
 
 def exponents_of(material: Material) -> tuple[float, ...]:

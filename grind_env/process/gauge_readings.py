@@ -23,8 +23,7 @@ class GaugeReadings(NamedTuple):
     diameter: float
 
 
-QUIET = GaugeReadings(*[0.0] * len(GaugeReadings._fields))
-"""Noise of 0 in all gauges."""
+QUIET = GaugeReadings(*[0.0] * len(GaugeReadings._fields))  #: noise of 0 in all gauges
 
 
 class Gauge(NamedTuple):
@@ -42,8 +41,7 @@ def _read(truth: GaugeReadings, own: Any, seconds: float, noise: GaugeReadings) 
     return truth, own
 
 
-TRUTH = Gauge(_read)
-"""Gauge that shows the true values, without noise."""
+TRUTH = Gauge(_read)  #: gauge that shows the true values, without noise
 
 
 @functools.cache

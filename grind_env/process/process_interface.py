@@ -143,6 +143,7 @@ def _grown(own: Any, k: StrokeConstants) -> float:
     return part_growth(mean_rise(own), k.swell)
 
 
+#: the process of the package
 PROCESS = Process(
     own=PartHeat,
     held=StrokeConstants,
@@ -153,7 +154,6 @@ PROCESS = Process(
     grown=_grown,
     of_part=PartHeat._fields,
 )
-"""The process of the package."""
 
 
 @functools.cache
@@ -188,8 +188,7 @@ def _joined(owns: tuple[type[Any], ...]) -> type[Any]:
     return namedtuple("Own", names, defaults=[value for _, value in fields])
 
 
-HALF = 0.5 + 1e-6
-"""Half a ms plus more than the rounding error of a sum of times, ms."""
+HALF = 0.5 + 1e-6  #: half a ms plus more than the rounding error of a sum of times, ms
 
 
 @inlined

@@ -90,8 +90,8 @@ class StrokeParameters(NamedTuple):
     swell: float  #: growth in height of the part for each K, mm/K
 
 
+#: parameters that scale all forces of a stroke if one factor multiplies them; power, heat and deflection follow
 FORCES = ("u_ch", "kp", "pa", "pb")
-"""Parameters that scale all forces of a stroke if one factor multiplies them; power, heat and deflection follow."""
 
 
 class StrokeConstants(NamedTuple):

@@ -13,10 +13,8 @@ from grind_env.process.catalogue import KINDS, UNCERTAINTY, Catalogue, is_calibr
 from grind_env.process.entries import CatalogueError, quantities
 from grind_env.process.toml_tables import Error, TomlTable, sub_table, wrong
 
-OWN = *KINDS, UNCERTAINTY
-"""Tables that a job may have in its own catalogue, as a catalogue file."""
-OVERRIDES = tuple(f"{kind}_overrides" for kind in KINDS)
-"""Keys of a set-up that change single values of an entry."""
+OWN = *KINDS, UNCERTAINTY  #: tables that a job may have in its own catalogue, as a catalogue file
+OVERRIDES = tuple(f"{kind}_overrides" for kind in KINDS)  #: keys of a set-up that change single values of an entry
 
 
 def files_of(document: TomlTable, folder: Path, error: Error, own: Iterable[str] = ()) -> list[Path]:

@@ -18,8 +18,8 @@ MEANING = (
     "strokes that cut, and u_s all energy over all volume."
 )
 
+#: format of each field of `machine.dress.dress_severity.Sharpening`
 SHARPENING = {"lead": "{:.3f}", "overlap": "{:.2f}", "severity": "{:.2f}"}
-"""Format of each field of `machine.dress.dress_severity.Sharpening`."""
 
 
 def compared_blocks(record: GrindingRecord) -> list[tuple[str, ...]]:

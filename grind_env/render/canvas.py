@@ -14,13 +14,11 @@ from PIL import Image, ImageDraw, ImageFont
 from grind_env.render.palette import INK, PAPER, Colour
 from grind_env.render.picture_data import RenderError
 
-FINENESS = 3
-"""Drawn pixels per pixel of the picture, in either direction."""
+FINENESS = 3  #: drawn pixels per pixel of the picture, in either direction
 
 Point = tuple[float, float]
 
-EMPHASIS = 0.3
-"""Outline that makes text semi-bold, px; the font has one weight."""
+EMPHASIS = 0.3  #: outline that makes text semi-bold, px; the font has one weight
 
 
 class Box(NamedTuple):

@@ -16,17 +16,14 @@ from grind_env.machine.job import Job
 from grind_env.machine.record import GrindingRecord
 from grind_env.process.cost import NO_LIMIT, Limits
 
+#: mm; below this depth of cut the burn ratio means nothing, because the specific energy is that of rubbing
 SPARKING = 0.001
-"""mm; below this depth of cut the burn ratio means nothing, because the specific energy is that of rubbing."""
 
-MOST_STROKES = 600
-"""Most strokes that are drawn one by one; more strokes are drawn in groups."""
+MOST_STROKES = 600  #: most strokes that are drawn one by one; more strokes are drawn in groups
 
-MOST_GROUPS = 300
-"""Most groups in a picture of bands."""
+MOST_GROUPS = 300  #: most groups in a picture of bands
 
-MANY_PARTS = 20
-"""Number of parts from which on groups are made of parts, not of strokes."""
+MANY_PARTS = 20  #: number of parts from which on groups are made of parts, not of strokes
 
 BLUE, ORANGE, GREEN, RED, GREY = "#1f5f8b", "#d9822b", "#2e8b57", "#b5322b", "#8a8a8a"
 INK, GRID, PAPER = "#1d2329", "#e3e3e3", "#ffffff"

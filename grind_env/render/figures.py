@@ -10,12 +10,12 @@ from grind_env.optional_libraries import needing
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+#: metadata that are left out of a file, by its suffix
 UNDATED: dict[str, dict[str, None]] = {
     ".png": {"Software": None},
     ".svg": {"Date": None},
     ".pdf": {"CreationDate": None},
 }
-"""Metadata that are left out of a file, by its suffix."""
 FORMATS = tuple(UNDATED)
 
 

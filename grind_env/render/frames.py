@@ -16,13 +16,11 @@ from grind_env.render.terminal_view import panel
 if TYPE_CHECKING:
     from grind_env.render.window import Window
 
-WIDE = (960, 540)
-"""Width and height of a picture with the charts beside the machine, px."""
+WIDE = (960, 540)  #: width and height of a picture with the charts beside the machine, px
+#: width and height of a picture with the charts below the machine, px; two such pictures fit side by side
 TALL = (480, 640)
-"""Width and height of a picture with the charts below the machine, px; two such pictures fit side by side."""
 
-FPS = 10
-"""Pictures a second, one for each block, at which an episode can be followed by eye."""
+FPS = 10  #: pictures a second, one for each block, at which an episode can be followed by eye
 
 
 def render(view: EpisodePicture, size: tuple[int, int] = WIDE) -> NDArray[np.uint8]:

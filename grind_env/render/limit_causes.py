@@ -8,8 +8,7 @@ import numpy as np
 from grind_env.machine.record import GrindingRecord
 from grind_env.render.curve_data import block_name
 
-DEEP = 1e-6
-"""mm; a depth that is short of the stock by less than this reaches it."""
+DEEP = 1e-6  #: mm; a depth that is short of the stock by less than this reaches it
 
 
 def explain(cause: str, parts: Sequence[int], record: GrindingRecord) -> str:

@@ -8,29 +8,22 @@ from grind_env.render import palette as ink
 from grind_env.render.canvas import Box, Canvas, Point
 from grind_env.render.picture_data import EpisodePicture
 
-RIM = 0.13
-"""Width of the coloured rim as a share of the radius of a new wheel."""
-GRAINS = 48
-"""Number of marks on the rim."""
+RIM = 0.13  #: width of the coloured rim as a share of the radius of a new wheel
+GRAINS = 48  #: number of marks on the rim
+#: largest share by which a worn wheel is drawn smaller, and the lost radius at which half of it is reached, mm
 SHRINK, HALF_SHRINK = 0.45, 4.0
-"""Largest share by which a worn wheel is drawn smaller, and the lost radius at which half of it is reached, mm."""
 
+#: distance of the finished surface from the top, and heights of the part, the table and the space for stock, all as
+#: shares of the height of the panel
 SURFACE, PART, TABLE, STOCK_ROOM = 0.735, 0.075, 0.06, 0.10
-"""Distance of the finished surface from the top, and heights of the part, the table and the space for stock, all as
-shares of the height of the panel."""
-TRAVEL = 0.21
-"""Distance of the table from the middle to a reversal point, as a share of the width of the panel."""
-LONGEST = 0.34
-"""Length of the longest part as a share of the width of the panel."""
-DRESSER_GAP = 0.06
-"""Distance from the part to the diamond, as a share of the width of the panel."""
+TRAVEL = 0.21  #: distance of the table from the middle to a reversal point, as a share of the width of the panel
+LONGEST = 0.34  #: length of the longest part as a share of the width of the panel
+DRESSER_GAP = 0.06  #: distance from the part to the diamond, as a share of the width of the panel
 
-CHUCK_PITCH = 8.0
-"""Distance of the pole strips of the magnetic chuck, px."""
+CHUCK_PITCH = 8.0  #: distance of the pole strips of the magnetic chuck, px
 DRESSES = ("no dress", "one dress")
 SPARKS = 14
-PATCHES = 7
-"""Number of burn marks along a part."""
+PATCHES = 7  #: number of burn marks along a part
 
 
 class Placement(NamedTuple):
@@ -218,8 +211,7 @@ def _label_machine(canvas: Canvas, place: Placement, view: EpisodePicture) -> No
 
 
 FACE_GRAINS = 9
-LOADED = 0.7
-"""Share of the height of the grains to which a fully loaded wheel is filled."""
+LOADED = 0.7  #: share of the height of the grains to which a fully loaded wheel is filled
 
 
 def draw_lens(canvas: Canvas, panel: Box, view: EpisodePicture) -> None:

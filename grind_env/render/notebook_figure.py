@@ -5,8 +5,7 @@ import io
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-DPI = 130
-"""Resolution of .png files and of pictures in a notebook, dpi."""
+DPI = 130  #: resolution of .png files and of pictures in a notebook, dpi
 
 
 class ShownFigure(Figure):

@@ -28,13 +28,12 @@ COOLANT, SPARK, DIAMOND = _colour("#bcd9ea"), _colour("#f0a63c"), _colour("#7fc4
 
 WEAR = (_colour("#3a78b5"), _colour("#a27ba4"), _colour("#cf4a2b"))
 """Colours of a sharp, a used and a dull wheel."""
+#: wear-flat area at which the wheel has the middle colour; rules dress at about 0.02, a burning wheel has 0.04
 HALF_DULL = 0.025
-"""Wear-flat area at which the wheel has the middle colour; rules dress at about 0.02, a burning wheel has 0.04."""
 
 TEMPER = (_colour("#d9b65c"), _colour("#9a5a33"), _colour("#6b4173"), _colour("#38508f"))
 """Temper colours of steel: straw, brown, purple, blue."""
-BLUE_RATIO = 1.5
-"""Ratio of temperature rise to its limit at which a burn is blue."""
+BLUE_RATIO = 1.5  #: ratio of temperature rise to its limit at which a burn is blue
 
 
 def mix(first: Colour, second: Colour, share: float) -> Colour:

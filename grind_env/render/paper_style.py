@@ -6,16 +6,13 @@ from typing import Any
 
 from grind_env.optional_libraries import needing
 
-COLUMN, PAGE = 85.0 / 25.4, 170.0 / 25.4
-"""Widths of a column and of a page of two columns, in."""
+COLUMN, PAGE = 85.0 / 25.4, 170.0 / 25.4  #: widths of a column and of a page of two columns, in
 
-FONT = 8.0
-"""Font size, pt."""
+FONT = 8.0  #: font size, pt
 
 COLOURS = ("#000000", "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00")
 """Colours of Okabe and Ito, distinct with any colour vision."""
-DASHES = ("-", "--", "-.", ":", "-", "--")
-"""Line styles beside the colours, for grey prints."""
+DASHES = ("-", "--", "-.", ":", "-", "--")  #: line styles beside the colours, for grey prints
 MARKS = ("o", "s", "^", "D", "v", "P")
 
 

@@ -6,8 +6,8 @@ from grind_env.errors import GrindError
 from grind_env.process.cost import SCRAP_BELOW, Limits, passed_limits
 from grind_env.process.stroke_types import WheelState
 
+#: name of an exceeded limit in a picture, by the field of `process.cost.Limits`
 FAULTS = {"rise": "burn", "power": "stall", "roughness": "Ra", "size": "size"}
-"""Name of an exceeded limit in a picture, by the field of `process.cost.Limits`."""
 
 
 class RenderError(GrindError):

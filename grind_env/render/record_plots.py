@@ -16,20 +16,15 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-MOST_LABELS = 14
-"""Most labels of blocks, parts or dresses; of more than these every k-th is labelled."""
+MOST_LABELS = 14  #: most labels of blocks, parts or dresses; of more than these every k-th is labelled
 
-MOST_MARKS = 200
-"""Number of strokes up to which each has a mark; of more strokes, only points without a line have one."""
+MOST_MARKS = 200  #: number of strokes up to which each has a mark; of more strokes, only points without a line have one
 
-PANEL = 1.5
-"""Height of a panel, in."""
+PANEL = 1.5  #: height of a panel, in
 
-HEADINGS = -0.055
-"""Position of the headings, left of the panels, in widths of a panel."""
+HEADINGS = -0.055  #: position of the headings, left of the panels, in widths of a panel
 
-LONGEST_TITLE = 90
-"""Most characters of a title, which must fit the width of the picture."""
+LONGEST_TITLE = 90  #: most characters of a title, which must fit the width of the picture
 
 
 def plot_record(record: GrindingRecord, path: str | Path, title: str) -> None:

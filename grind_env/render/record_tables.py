@@ -20,6 +20,7 @@ from grind_env.render.limit_causes import explain, shares
 if TYPE_CHECKING:
     from rich.console import Console
 
+#: heading and format of each column, by the field of `record.PART_ROW`
 COLUMNS = {
     "part": ("part", "{:d}"),
     "seconds": ("time\ns", "{:.1f}"),
@@ -34,17 +35,15 @@ COLUMNS = {
     "survival": ("good\n%", "{:.1f}"),
     "total_cost": ("cost\n$", "{:.2f}"),
 }
-"""Heading and format of each column, by the field of `record.PART_ROW`."""
 
-STATION = "station"
-"""Column behind the number of a part, for jobs with stations."""
+STATION = "station"  #: column behind the number of a part, for jobs with stations
 
-WHERE_IT_OCCURS = ("dresses", "taper")
-"""Columns that are left out if they hold zeros only."""
+WHERE_IT_OCCURS = ("dresses", "taper")  #: columns that are left out if they hold zeros only
 
+#: heading of the rise of the last stage, if it differs from the highest rise, which then has its own column
 LAST_STAGE = "last st.\nrise K"
-"""Heading of the rise of the last stage, if it differs from the highest rise, which then has its own column."""
 
+#: word and column of each cause why a part is not good, by the name that `causes_of` returns
 CAUSES = {
     "rise": ("temperature", "rise"),
     "power": ("stall", "peak_power"),
@@ -53,27 +52,22 @@ CAUSES = {
     "unground": ("unground", "survival"),
     "earlier": ("earlier stage", "survival"),
 }
-"""Word and column of each cause why a part is not good, by the name that `causes_of` returns."""
 
+#: printed sentence for causes that are not the limit of a quantity, by their word
 SENTENCES = {
     "stall": "the spindle stalled",
     "unground": "not ground everywhere",
     "earlier stage": "not good in an earlier stage",
 }
-"""Printed sentence for causes that are not the limit of a quantity, by their word."""
 
-UNKNOWN = "–"
-"""Text in place of the probability that a part is good, if the part is not judged."""
+UNKNOWN = "–"  #: text in place of the probability that a part is good, if the part is not judged
 
-NONE_GOOD = 0.005
-"""Expected number of good parts below which there are none."""
+NONE_GOOD = 0.005  #: expected number of good parts below which there are none
 
-SCALES = {"peak_power": 0.001, "survival": 100.0}
-"""Factor from a field to the unit of its heading."""
+SCALES = {"peak_power": 0.001, "survival": 100.0}  #: factor from a field to the unit of its heading
 
 
-MOST_ROWS = 60
-"""Most rows of a table; of a longer one the first and the last rows are printed."""
+MOST_ROWS = 60  #: most rows of a table; of a longer one the first and the last rows are printed
 
 
 class PartTable(NamedTuple):

@@ -6,14 +6,13 @@ from typing import NamedTuple
 
 from grind_env.render.picture_data import EpisodePicture
 
-HEADROOM = 1.12
-"""Ratio of the upper edge of a strip to its highest value or limit."""
+HEADROOM = 1.12  #: ratio of the upper edge of a strip to its highest value or limit
+#: name, unit, format and scale of each measured quantity, by its field of `GroundBlock` and of `Limits`
 MEASURED = {
     "power": ("power", "kW", "{:.2f}", 0.001),
     "rise": ("temperature rise", "K", "{:.0f}", 1.0),
     "roughness": ("Ra", "µm", "{:.2f}", 1.0),
 }
-"""Name, unit, format and scale of each measured quantity, by its field of `GroundBlock` and of `Limits`."""
 
 
 class Strip(NamedTuple):

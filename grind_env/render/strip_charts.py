@@ -5,10 +5,8 @@ from grind_env.render.canvas import Box, Canvas
 from grind_env.render.picture_data import EpisodePicture
 from grind_env.render.strip_chart_data import Strip, strips_of
 
-LABEL = 19.0
-"""Height of the line of text above a strip, px."""
-WIDEST_BAR = 8.0
-"""Widest bar of a dress, px."""
+LABEL = 19.0  #: height of the line of text above a strip, px
+WIDEST_BAR = 8.0  #: widest bar of a dress, px
 
 
 def draw_charts(canvas: Canvas, panel: Box, view: EpisodePicture) -> None:

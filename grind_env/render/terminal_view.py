@@ -5,8 +5,7 @@ from grind_env.render.picture_data import EpisodePicture
 from grind_env.render.strip_chart_data import Strip, strips_of
 
 LEVELS = "▁▂▃▄▅▆▇█"
-SHOWN = 60
-"""Number of past blocks for which a line has room."""
+SHOWN = 60  #: number of past blocks for which a line has room
 
 
 def panel(view: EpisodePicture) -> str:

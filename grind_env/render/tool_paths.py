@@ -16,9 +16,9 @@ from grind_env.render.curve_data import BLUE, GREEN, GREY, ORANGE, RED
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-ARC_POINTS = 33
-"""Number of points drawn of an arc."""
+ARC_POINTS = 33  #: number of points drawn of an arc
 
+#: line style of a motion by its source, or of a rapid of the program; distinct without colours, too
 STYLES: dict[str, dict[str, Any]] = {
     "rapid": {"color": GREY, "ls": (0, (1, 2)), "lw": 1.2},
     Source.PROGRAM.value: {"color": BLUE, "ls": "-", "lw": 1.8},
@@ -28,7 +28,6 @@ STYLES: dict[str, dict[str, Any]] = {
     Source.RETRACE.value: {"color": RED, "ls": "-.", "lw": 1.6},
     Source.INTERRUPT.value: {"color": "#6a51a3", "ls": (0, (5, 1, 1, 1, 1, 1)), "lw": 1.6},
 }
-"""Line style of a motion by its source, or of a rapid of the program; distinct without colours, too."""
 
 
 class PathError(GrindError):

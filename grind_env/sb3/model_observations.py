@@ -15,8 +15,8 @@ from grind_env.errors import GrindError
 from grind_env.policies.choices import Decision
 from grind_env.task_version import TASK_VERSION, of_version
 
+#: observation entry that exists only if actions can ask for a dress before the first plunge
 PRE_DRESS = "last_pre_dress"
-"""Observation entry that exists only if actions can ask for a dress before the first plunge."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -16,8 +16,8 @@ from stable_baselines3.common.vec_env.base_vec_env import VecEnvIndices, VecEnvO
 from grind_env.errors import GrindError
 
 AnyVectorEnv = VectorEnv[Any, Any, Any]
+#: key of an info under which `RecordEpisodeStatistics` and SB3's `Monitor` write return and length of an episode
 EPISODE = "episode"
-"""Key of an info under which `RecordEpisodeStatistics` and SB3's `Monitor` write return and length of an episode."""
 
 
 def alike(options: Sequence[dict[str, Any]]) -> list[tuple[dict[str, Any], NDArray[np.bool_]]]:

@@ -21,6 +21,7 @@ from grind_env.policies.problem_lookup import find_problem
 from grind_env.task_version import TASK_VERSION
 
 PACKAGE = "grind_env"
+#: purpose of each extra of the package
 EXTRAS = {
     "plot": "figures, `--plot`",
     "render": "pictures of environments, videos",
@@ -29,10 +30,9 @@ EXTRAS = {
     "train": "`grind train`",
     "sb3": "agents of Stable-Baselines3",
 }
-"""Purpose of each extra of the package."""
 REQUIREMENT = re.compile(r"(([\w.-]+)[^;]*)(?:;.*extra == ['\"](\w+)['\"])?")
+#: number of machines side by side, and of blocks that each grinds, in the measurement of the time of a stroke
 MACHINES, BLOCKS = 4096, 8
-"""Number of machines side by side, and of blocks that each grinds, in the measurement of the time of a stroke."""
 STROKES = Tally._fields.index("strokes")
 
 

@@ -5,8 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-LONGEST = 20
-"""Longest interval of a search by default, parts."""
+LONGEST = 20  #: longest interval of a search by default, parts
 
 
 @dataclass(frozen=True, slots=True)

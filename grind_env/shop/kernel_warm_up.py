@@ -21,10 +21,8 @@ from grind_env.pages.task_page_data import page_ids
 from grind_env.process.force_correction import EXPONENTS
 from grind_env.shop.python_api import optimise
 
-BUDGET = 1.0
-"""Time of the search, s; its first runs compile all code that it needs."""
-SPREAD = 0.02
-"""Spread of the exponents of `calibrated`; any other spread above 0 compiles the same code."""
+BUDGET = 1.0  #: time of the search, s; its first runs compile all code that it needs
+SPREAD = 0.02  #: spread of the exponents of `calibrated`; any other spread above 0 compiles the same code
 
 
 def uses() -> dict[str, Callable[[], object]]:

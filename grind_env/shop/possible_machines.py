@@ -16,27 +16,25 @@ from grind_env.plants import find_plant
 from grind_env.process.process_interface import PROCESS
 from grind_env.shop.trials import LotUse, Measures, Trials
 
+#: number of machines on which programs are tried, for each use; fewer if there are fewer lots
 MACHINES = {LotUse.SEARCH: 32, LotUse.COMPARISON: 256, LotUse.JUDGEMENT: 256, LotUse.SWEEP: 128}
-"""Number of machines on which programs are tried, for each use; fewer if there are fewer lots."""
+#: index of the first machine of each use; indices beyond the last machine begin again at the first
 FIRST = {LotUse.SEARCH: 0, LotUse.COMPARISON: 32, LotUse.JUDGEMENT: 288, LotUse.SWEEP: 160}
-"""Index of the first machine of each use; indices beyond the last machine begin again at the first."""
 NEEDED = 416
 
-AT_ONCE, MOST_DRAWN = 64, 768
-"""Number of machines drawn at once, and in total at most."""
+AT_ONCE, MOST_DRAWN = 64, 768  #: number of machines drawn at once, and in total at most
+#: factors on the variation of lots and parts; the first one is used with which enough machines grind good parts
 SPREADS = 1.0, 0.7, 0.5, 0.35
-"""Factors on the variation of lots and parts; the first one is used with which enough machines grind good parts."""
+#: rounds in which a machine must grind good parts with the unchanged program; parts of a round, and lots at most
 ROUNDS, PARTS_EACH, MOST_LOTS = 4, 50, 8
-"""Rounds in which a machine must grind good parts with the unchanged program; parts of a round, and lots at most."""
+#: good parts that the shop is assumed to have ground with the program, even if the model predicts scrap
 SEEN_GOOD = 200
-"""Good parts that the shop is assumed to have ground with the program, even if the model predicts scrap."""
-LEAST = 16
-"""Least number of machines; if fewer grind good parts, the machines with the least scrap are taken instead."""
+LEAST = 16  #: least number of machines; if fewer grind good parts, the machines with the least scrap are taken instead
+#: share of scrap from which on the model condemns a program; half of the drawn machines must reach it, too
 CONDEMNED = 0.5
-"""Share of scrap from which on the model condemns a program; half of the drawn machines must reach it, too."""
 
+#: share of scrap from which on a program is condemned on the machines that agree best with its good parts
 EVEN_AGREEING = 0.05
-"""Share of scrap from which on a program is condemned on the machines that agree best with its good parts."""
 
 
 class CondemnedError(GrindError):

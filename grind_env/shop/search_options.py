@@ -11,25 +11,22 @@ from typing import TypeAlias, TypeVar
 from grind_env.errors import GrindError
 from grind_env.message_text import did_you_mean, quoted
 
-INTERVAL = "interval"
-"""Name of the dress interval, which counts parts or blocks."""
+INTERVAL = "interval"  #: name of the dress interval, which counts parts or blocks
+#: values that a search can vary: words of cycle blocks, settings of the dress program, the dress interval
 VARIED = ("E", "D", "J", "L", "lead", "depth", "passes", INTERVAL)
-"""Values that a search can vary: words of cycle blocks, settings of the dress program, the dress interval."""
 USUAL = ("E", "D", INTERVAL)
 LIMITS = ("power", "rise", "Ra", "size")
+#: quantities that a search can reduce, each with the name of its mean per part in `Measures`
 OBJECTIVES = {"cost": "cost", "time": "seconds"}
-"""Quantities that a search can reduce, each with the name of its mean per part in `Measures`."""
 
-LEAST_SPEED = 60.0
-"""Least upper end of a range of E, mm/min; a range that ends below is taken for one in m/min."""
+LEAST_SPEED = 60.0  #: least upper end of a range of E, mm/min; a range that ends below is taken for one in m/min
+#: default probability that a part keeps a limit, and that each end of an interval holds for the machine
 CONFIDENCE = 0.95
-"""Default probability that a part keeps a limit, and that each end of an interval holds for the machine."""
+#: lowest and highest legal confidence; tens of machines and thousands of parts do not resolve values beyond
 CONFIDENCES = 0.5, 0.999
-"""Lowest and highest legal confidence; tens of machines and thousands of parts do not resolve values beyond."""
 
 Number: TypeAlias = float | Decimal
-Ends: TypeAlias = Collection[Number]
-"""Lowest and highest value."""
+Ends: TypeAlias = Collection[Number]  #: lowest and highest value
 NUMBER = r"(\d+\.?\d*|\.\d+)"
 
 T = TypeVar("T")

@@ -34,13 +34,11 @@ from grind_env.policies.score_statistics import Interval, resampled_means
 from grind_env.process.cost import NO_LIMIT
 from grind_env.shop.search_options import CONFIDENCE
 
+#: function called between two blocks of a program that the control executes; an error from it ends the run
 Between: TypeAlias = Callable[[], object]
-"""Function called between two blocks of a program that the control executes; an error from it ends the run."""
 
-Lots: TypeAlias = NDArray[np.int64]
-"""Indices of lots."""
-Ground: TypeAlias = tuple[Array, Array, Array]
-"""Result of `Trials._ground`: shares, sums and peaks."""
+Lots: TypeAlias = NDArray[np.int64]  #: indices of lots
+Ground: TypeAlias = tuple[Array, Array, Array]  #: result of `Trials._ground`: shares, sums and peaks
 
 
 class LotUse(IntEnum):
@@ -53,17 +51,14 @@ class LotUse(IntEnum):
     SWEEP = 4
 
 
+#: number of cores that replay candidates side by side; with more cores the lock of the interpreter is the limit
 CORES = min(os.cpu_count() or 1, 8)
-"""Number of cores that replay candidates side by side; with more cores the lock of the interpreter is the limit."""
-ROWS_AT_ONCE = 150_000
-"""Greatest number of episodes times blocks that a core replays together; bounds the memory."""
-DRIFT = 1
-"""Number appended to the seed of a lot to give the seed of its drift."""
+ROWS_AT_ONCE = 150_000  #: greatest number of episodes times blocks that a core replays together; bounds the memory
+DRIFT = 1  #: number appended to the seed of a lot to give the seed of its drift
+#: greatest permitted `risk` with and without a calibration: the cost of a part over its old cost, on a bad machine.
+#: Machines without a calibration may differ so much that hardly any words are without risk on one machine in twenty
 CALIBRATED, UNCALIBRATED = 1.05, 1.2
-"""Greatest permitted `risk` with and without a calibration: the cost of a part over its old cost, on a bad machine.
-Machines without a calibration may differ so much that hardly any words are without risk on one machine in twenty."""
-SAME = 1e-6
-"""Relative difference up to which settings count as equal, because of rounding."""
+SAME = 1e-6  #: relative difference up to which settings count as equal, because of rounding
 
 _COST, _GOOD, _SECONDS, _POWER, _LOAD, _RA, _ERROR, _HANDOVER = (
     Outcome._fields.index(name)

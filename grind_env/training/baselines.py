@@ -21,14 +21,10 @@ from grind_env.policies.scripted.rules import Fixed
 from grind_env.shop.advise.adviser import policy_for
 from grind_env.shop.dress_interval import DressInterval
 
-RULE = "empirical_rule"
-"""Policy that stands for the adviser in tasks, which have no part program."""
-RATIOS = (0.6, 0.8, 1.0, 1.25, 1.6)
-"""Ratios of E in a fixed plan to E in the program, for all blocks."""
-EVERY = (1, 2, 4)
-"""Dress intervals of the fixed plans, in parts of a program or blocks of a task."""
-TRIALS = 32
-"""Number of machines on which the fixed plan is chosen."""
+RULE = "empirical_rule"  #: policy that stands for the adviser in tasks, which have no part program
+RATIOS = (0.6, 0.8, 1.0, 1.25, 1.6)  #: ratios of E in a fixed plan to E in the program, for all blocks
+EVERY = (1, 2, 4)  #: dress intervals of the fixed plans, in parts of a program or blocks of a task
+TRIALS = 32  #: number of machines on which the fixed plan is chosen
 
 
 @dataclass

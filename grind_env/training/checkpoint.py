@@ -28,8 +28,8 @@ from grind_env.machine.job import Job
 
 T = TypeVar("T")
 
+#: types that training does not change. A new training holds equal objects, which take the place of those saved
 UNCHANGED = BlockSimulation, JobSimulation, Job
-"""Types that training does not change. A new training holds equal objects, which take the place of those saved."""
 
 
 @dataclass(frozen=True, slots=True)

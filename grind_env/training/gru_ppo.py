@@ -36,15 +36,13 @@ from grind_env.policies.problem_lookup import Problem
 from grind_env.training.checkpoint import Checkpoint
 
 Memory = Literal["none", "stack", "gru", "belief", "state"]
+#: memory in the features of each agent; `state` sees the full observation, all others start from the measured one
 SEEN: dict[Memory, MemoryKind] = {"none": "none", "stack": "stack", "gru": "none", "belief": "belief", "state": "none"}
-"""Memory in the features of each agent; `state` sees the full observation, all others start from the measured one."""
+#: first training seed, distance between the seeds of two trainings, and last training before the validation seeds
 FIRST_SEED, SEED_STRIDE, LAST_SEED = 100_000, 1_000, 398
-"""First training seed, distance between the seeds of two trainings, and last training before the validation seeds."""
-KIND = "ppo_"
-"""Prefix of the memory in the name of an agent."""
+KIND = "ppo_"  #: prefix of the memory in the name of an agent
 LEAST_DEVIATION = 1e-2
-DRAWN = 256
-"""Number of machines that are drawn to standardise the constants of machines."""
+DRAWN = 256  #: number of machines that are drawn to standardise the constants of machines
 FINISHED, GOOD = Outcome._fields.index("finished"), Outcome._fields.index("good")
 
 

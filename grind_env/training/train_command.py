@@ -20,10 +20,8 @@ if TYPE_CHECKING:
     from grind_env.policies.problem_lookup import Problem
     from grind_env.policies.scoring import Judgement
 
-JUDGES = "held-out-laws"
-"""Set of machines on which agents are judged."""
-NOT_RECOMMENDED = 3
-"""Exit status for an agent that is not recommended."""
+JUDGES = "held-out-laws"  #: set of machines on which agents are judged
+NOT_RECOMMENDED = 3  #: exit status for an agent that is not recommended
 
 
 def register(app: typer.Typer) -> None:

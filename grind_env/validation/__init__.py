@@ -31,10 +31,10 @@ __all__ = [
     "validate",
 ]
 
+#: all checks, by group
 CHECKS: tuple[Check, ...] = tuple(
     sorted((*published_checks.CHECKS, *declared_checks.CHECKS, *valve_alloys.CHECKS), key=lambda check: check.group)
 )
-"""All checks, by group."""
 
 
 def validate(catalogue: Catalogue | None = None) -> list[Row]:

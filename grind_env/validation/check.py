@@ -8,6 +8,7 @@ from grind_env.errors import GrindError
 from grind_env.evidence import Basis, Evidence
 from grind_env.validation.rig import Rig, Violation
 
+#: subjects of the checks, by number of the group. Groups 1 to 9 are trends that the model has to show
 GROUPS = {
     1: "Dress depth and lead",
     2: "Rotary dressers",
@@ -20,12 +21,10 @@ GROUPS = {
     9: "Spindle",
     10: "Measured, published and remembered numbers",
 }
-"""Subjects of the checks, by number of the group. Groups 1 to 9 are trends that the model has to show."""
 
 
 Measure = Callable[[Rig], float]
-TREND = Basis(Evidence.OWN, "expected trend")
-"""Basis of a band that is the judgement of this project alone."""
+TREND = Basis(Evidence.OWN, "expected trend")  #: basis of a band that is the judgement of this project alone
 
 
 @dataclass(frozen=True, slots=True)

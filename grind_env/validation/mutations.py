@@ -15,10 +15,9 @@ from grind_env.process.catalogue import load_catalogue
 from grind_env.validation import CHECKS, known_failures, measured_data, row_of
 from grind_env.validation.rig import Rig
 
-LEAST_ROWS = 2
-"""Least number of rows that must notice the change of a law that carries a decision."""
+LEAST_ROWS = 2  #: least number of rows that must notice the change of a law that carries a decision
+#: row that is left out: it checks entries of the catalogue, not laws, and takes a fifth of the time of all rows
 SKIPPED_ROW = "idle fields"
-"""Row that is left out: it checks entries of the catalogue, not laws, and takes a fifth of the time of all rows."""
 
 
 class Law(NamedTuple):

@@ -7,6 +7,7 @@ from grind_env.validation import measured_data
 from grind_env.validation.check import Band, Check
 from grind_env.validation.declared_checks import Measurement
 
+#: the set-ups of expected_magnitudes.csv
 CASES: Mapping[str, tuple[str, str]] = {
     "R1": ("52100/A60J, 30 m/s, 12 m/min, 10 um", ""),
     "R2": ("1020/A60J, 30 m/s, 18 m/min, 15 um", "material: aisi_1020; table_speed: 300; downfeed: 0.015; "),
@@ -16,9 +17,8 @@ CASES: Mapping[str, tuple[str, str]] = {
         f"material: inconel_718; table_speed: {1000 / 6}; wheel: b126; wheel_speed: 35; ",
     ),
 }
-"""The set-ups of expected_magnitudes.csv."""
+#: set-up of a part that does not grow, because the published depth of cut is given
 NO_GROWTH = "material.thermal_expansion: 0"
-"""Set-up of a part that does not grow, because the published depth of cut is given."""
 STATES = {"sharp": ("sharp", "sharp"), "dull": ("A 4 %", "dulled 0.04")}
 QUANTITIES = {
     "specific energy": "u_s",

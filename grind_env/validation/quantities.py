@@ -13,14 +13,12 @@ from grind_env.process.equations import part_growth
 from grind_env.process.stroke_types import StrokeResult
 from grind_env.validation.rig import Grinder, crossing
 
-STEADY = 5
-"""Number of strokes after which the depth of cut has reached the downfeed."""
+STEADY = 5  #: number of strokes after which the depth of cut has reached the downfeed
+#: passes after which force and power should be near the threshold, and after which nothing changes any more
 SPARK_OUT, FULL_SPARK_OUT = 10, 40
-"""Passes after which force and power should be near the threshold, and after which nothing changes any more."""
-ROUGHING = 17
-"""Number of roughing strokes after which the growth of a part is computed."""
+ROUGHING = 17  #: number of roughing strokes after which the growth of a part is computed
+#: wear-flat areas, share of the wheel's face, with which the heat flux is raised in steps
 FLATS: tuple[float, ...] = tuple(np.geomspace(0.004, 0.145, 181).tolist())
-"""Wear-flat areas, share of the wheel's face, with which the heat flux is raised in steps."""
 
 
 def flats(grinder: Grinder) -> float:

@@ -16,8 +16,7 @@ from grind_env.validation import GROUPS, Evidence, Row, is_expected, known_failu
 from grind_env.validation.mutations import LEAST_ROWS, MutationResult
 from grind_env.validation.rig import CONDITIONS
 
-WIDTH = 120
-"""Most characters of a line."""
+WIDTH = 120  #: most characters of a line
 
 
 def number(value: float) -> str:

@@ -22,16 +22,14 @@ from grind_env.process.process_interface import PROCESS, PartHeat, whole_ms
 from grind_env.process.stroke_and_dress import dress_wheel, dressed_wheel
 from grind_env.process.stroke_types import StrokeParameters, StrokeResult, WheelState
 
-SHARP = 25
-"""Number of strokes after a dress at which a wheel is called sharp: the dressed texture has worn in."""
+SHARP = 25  #: number of strokes after a dress at which a wheel is called sharp: the dressed texture has worn in
 
 constants_of, grind_stroke, part_grown = PROCESS.constants, PROCESS.stroke, grown_of(PROCESS)
 
 EntryT = TypeVar("EntryT", bound=Entry)
 
 
-COLD = PartHeat()
-"""Heat of a cold part, as it is put on."""
+COLD = PartHeat()  #: heat of a cold part, as it is put on
 
 
 def crossing(function: Callable[[float], float], low: float, high: float) -> float:
@@ -99,19 +97,18 @@ class SetUp:
     changes: Mapping[str, Mapping[str, float]] = field(default_factory=dict)  # changed fields, by kind of entry
 
 
+#: changes of a set-up for a part that does not grow with heat, so that only the elastic loop acts
 NO_GROWTH: Mapping[str, Mapping[str, float]] = {"material": {"thermal_expansion": 0.0}}
-"""Changes of a set-up for a part that does not grow with heat, so that only the elastic loop acts."""
 
+#: usual conditions, which the conditions of a check do not repeat
 CONDITIONS = (
     "Unless a row says otherwise: aisi_52100, a60j, emulsion, default machine, downfeed 10 um, table 12 m/min, wheel "
     "30 m/s and 300 mm, part 200 mm long and 20 mm wide, dressed with single_point, lead .1 mm, depth .02 mm. "
     f"Sharp: {SHARP} strokes after the dress. A is the flat share of the wheel face. Steps are ratios of neighbours."
 )
-"""Usual conditions, which the conditions of a check do not repeat."""
 
 
-SLACK = 1e-9
-"""Tolerance of a limit as a share of the limit, for rounding errors of unit conversions."""
+SLACK = 1e-9  #: tolerance of a limit as a share of the limit, for rounding errors of unit conversions
 
 
 class Violation(NamedTuple):

@@ -6,6 +6,7 @@ from grind_env.process.entries import Entry, quantities
 from grind_env.process.force_correction import EXPONENTS
 from grind_env.validation.rig import Rig
 
+#: fields that act outside of the strokes (on limits, times, prices, readings) or in a process of their own
 ELSEWHERE = {
     "material": ("tempering_rise", *EXPONENTS),
     "wheel": ("minimum_diameter", "maximum_speed", "width", "price"),
@@ -16,14 +17,13 @@ ELSEWHERE = {
         *("maximum_table_speed", "maximum_plunge_feed", "maximum_cross_feed", "maximum_spindle_speed"),
     ),
 }
-"""Fields that act outside of the strokes (on limits, times, prices, readings) or in a process of their own."""
 
 
+#: two sets of entries with which each field is tried; together they have every effect of the process
 TRIED: tuple[Mapping[str, str], ...] = tuple(
     dict(zip(("material", "wheel", "fluid", "dresser", "machine"), (*names, "default"), strict=True))
     for names in (("aisi_52100", "a60j", "emulsion", "single_point"), ("aisi_52100", "b126", "oil", "rotary"))
 )
-"""Two sets of entries with which each field is tried; together they have every effect of the process."""
 
 
 def idle_fields(rig: Rig) -> list[str]:

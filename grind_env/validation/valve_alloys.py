@@ -17,22 +17,18 @@ from grind_env.validation.check import Band, Check
 from grind_env.validation.fitted_slopes import exponent, exponents
 from grind_env.validation.rig import Rig
 
-WIDTH = 20.0
-"""Assumed width on which the volumes are ground, mm."""
-TABLE_SPEED = 200.0
-"""Table speed, mm/s; the downfeed sets the removal rate."""
-AMPLE = {"machine": {"power_limit": 200_000.0}}
-"""Changes of a set-up for a spindle that no run slows."""
+WIDTH = 20.0  #: assumed width on which the volumes are ground, mm
+TABLE_SPEED = 200.0  #: table speed, mm/s; the downfeed sets the removal rate
+AMPLE = {"machine": {"power_limit": 200_000.0}}  #: changes of a set-up for a spindle that no run slows
 ALLOY = "INC751"
 RESPONSES = {"wheel_wear_um": "wear", "Ra_um": "Ra"}
 FACTORS = ("removal rate", "volume removed")
-LEAST = 0.1
-"""Least half width of the band of an exponent; above it, the half width is twice the standard error."""
+LEAST = 0.1  #: least half width of the band of an exponent; above it, the half width is twice the standard error
 SOURCE = Basis(
     Evidence.MEASURED, "valve_alloys.csv (Nametala, CIRP JMST 2020): within two standard errors, at least .1"
 )
+#: exponent of Ra on the removal rate over all wheels and alloys of the data, and its standard error
 POOLED, POOLED_ERROR = 0.29, 0.03
-"""Exponent of Ra on the removal rate over all wheels and alloys of the data, and its standard error."""
 
 
 class AlloyWheel(NamedTuple):

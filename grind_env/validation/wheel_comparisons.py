@@ -12,16 +12,12 @@ from grind_env.validation.quantities import ROUGHING, STEADY, settled_roughness,
 from grind_env.validation.rig import NO_GROWTH, Rig, grind_plate
 from grind_env.validation.unused_fields import idle_fields
 
-HALF_DULL = 0.03
-"""Wear-flat area, share of the wheel's face, between a sharp wheel (.009) and expected burn (.04)."""
-INTERVAL = 100.0
-"""Volume over which a wheel loses the grains that a dress has loosened, mm3/mm."""
-VOLUMES = (250.0, 450.0, 600.0)
-"""Volumes of valve_alloys.csv, mm3/mm, if they are mm3 on a width of 20 mm."""
-AMPLE = 500_000.0
-"""Power limit of an ample spindle, W; no stroke needs so much."""
-SLOWED = 1.2
-"""Ratio of the power that a stroke needs to the power limit of a weak spindle."""
+HALF_DULL = 0.03  #: wear-flat area, share of the wheel's face, between a sharp wheel (.009) and expected burn (.04)
+INTERVAL = 100.0  #: volume over which a wheel loses the grains that a dress has loosened, mm3/mm
+VOLUMES = (250.0, 450.0, 600.0)  #: volumes of valve_alloys.csv, mm3/mm, if they are mm3 on a width of 20 mm
+AMPLE = 500_000.0  #: power limit of an ample spindle, W; no stroke needs so much
+SLOWED = 1.2  #: ratio of the power that a stroke needs to the power limit of a weak spindle
+#: entries that a shop looks for in the catalogue, by kind
 ENTRIES = {
     "material": (
         *("aisi_52100", "aisi_d2", "aisi_m2", "aisi_1045", "case_hardened_16mncr5", "grey_cast_iron"),
@@ -31,7 +27,6 @@ ENTRIES = {
     "fluid": ("emulsion", "synthetic", "oil", "dry"),
     "dresser": ("single_point", "blade", "rotary"),
 }
-"""Entries that a shop looks for in the catalogue, by kind."""
 
 
 def catalogue_gaps(rig: Rig) -> float:

@@ -20,8 +20,7 @@ from tests.agents.asking import in_process
 from tests.examples import few
 
 HEAVY = ("torch", "stable_baselines3", "matplotlib", "pyarrow", "cma", "minari")
-NO_TABLE = ("dataset", "scores", "tune", "video")
-"""Commands without a checked-in page of results."""
+NO_TABLE = ("dataset", "scores", "tune", "video")  #: commands without a checked-in page of results
 
 
 @pytest.fixture

@@ -21,8 +21,7 @@ from grind_env.policies.track import BASELINE, SHIFTS, TrackRuns
 from grind_env.task_version import TASK_VERSION
 from tests.agents.asking import in_process, status
 
-MINE = "tests.policies.test_track:Slower"
-"""Policy class that learns."""
+MINE = "tests.policies.test_track:Slower"  #: policy class that learns
 COSTS = {PLAN: 5.0, PLANNER: 2.0, TRAINED: 3.0, BASELINE: 4.0, "half": 3.5, "best": 1.0}
 
 

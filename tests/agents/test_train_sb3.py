@@ -21,8 +21,7 @@ from grind_env.policies.problem_lookup import find_problem
 from grind_env.sb3 import ModelPolicy, load_zip
 
 PLATES, ORACLE = find_problem("power_limited"), find_problem("oracle6")
-ROLLOUT = 128 * 60
-"""Environment steps of an update of PPO."""
+ROLLOUT = 128 * 60  #: environment steps of an update of PPO
 
 
 def weights(model: Any) -> list[torch.Tensor]:

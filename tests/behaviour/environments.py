@@ -18,28 +18,25 @@ from grind_env.envs.infos import READINGS
 from tests.behaviour.tables import Table, Tables, flat, table
 from tests.envs.harness import Array, native, reward_terms_of, row_of, rows_of
 
-COUNT = 2
-"""Environments in the vector."""
+COUNT = 2  #: environments in the vector
 
 SEED = 11
 
-BRIEF = 8
-"""Steps with each form of the action other than the box; the decisions are the same in every form."""
+BRIEF = 8  #: steps with each form of the action other than the box; the decisions are the same in every form
 
-LEAST, AFTER = 24, 3
-"""With a box action: the least number of steps, and the steps after every first episode has ended."""
+LEAST, AFTER = 24, 3  #: with a box action: the least number of steps, and the steps after every first episode has ended
 
 EXAMPLES = Path(__file__).parents[2] / "grind_env" / "examples"
 PROGRAMS = Path(__file__).with_name("programs")
 
+#: programs with which `grind/Job-v0` is recorded besides its own example
 JOBS = {
     **{name: EXAMPLES / f"{name}.nc" for name in ("keyway_g81", "rail_g83")},
     **{name: PROGRAMS / f"{name}.nc" for name in ("stages", "lots")},
 }
-"""Programs with which `grind/Job-v0` is recorded besides its own example."""
 
+#: arguments that put the text of the blocks, probabilities and true ratios into the info
 SHOWN: dict[str, Any] = {"show_block": True, "info": "full"}
-"""Arguments that put the text of the blocks, probabilities and true ratios into the info."""
 
 Kinds = dict[str, dict[str, Any]]
 

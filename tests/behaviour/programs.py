@@ -24,8 +24,7 @@ from tests.behaviour.tables import Tables, flat, table
 
 FOLDERS = (Path(__file__).parents[2] / "grind_env" / "examples", Path(__file__).with_name("programs"))
 
-Panel = Mapping[int, Callable[[Control], None]]
-"""Actions of the operator, by the number of events before them."""
+Panel = Mapping[int, Callable[[Control], None]]  #: actions of the operator, by the number of events before them
 
 
 @dataclass(frozen=True)
@@ -38,6 +37,7 @@ class Variant:
 
 PLAIN = "as it is"
 
+#: variants that are recorded of a program besides `PLAIN`, or in its place
 VARIANTS: dict[str, dict[str, Variant]] = {
     "contour": {
         "type A": Variant({"compensation_type": "A", "radii": {1: 2.0}, "dress_amount": 0.04}),
@@ -85,13 +85,12 @@ VARIANTS: dict[str, dict[str, Variant]] = {
     "reciprocation": {"dresses asked for": Variant({"operator_dress_at": (1.0, 12.0)})},
     "traverse": {"dresses asked for": Variant({"operator_dress_at": (9.0, 25.0, 25.5, 60.0)})},
 }
-"""Variants that are recorded of a program besides `PLAIN`, or in its place."""
 
+#: fields of the start of a cycle that are not recorded: their effects show in the strokes
 SHOWN_ELSEWHERE = ("modes", "origins", "reciprocating")
-"""Fields of the start of a cycle that are not recorded: their effects show in the strokes."""
 
+#: tolerances (mm, s and relative) of programs with arcs, which use sines of the C library. All others are exact
 TOLERANCES = {"contour": 1e-9}
-"""Tolerances (mm, s and relative) of programs with arcs, which use sines of the C library. All others are exact."""
 
 
 def programs() -> dict[str, Path]:

@@ -14,11 +14,9 @@ RECORDS = Path(__file__).with_name("records")
 
 AXES = ("X", "Y", "Z")
 
-PLACES = ("step", "env", "event", "part", "line", "number")
-"""Columns that identify a row."""
+PLACES = ("step", "env", "event", "part", "line", "number")  #: columns that identify a row
 
-Tables = dict[str, Table]
-"""Tables by name, such as `box` or `as it is: strokes`."""
+Tables = dict[str, Table]  #: tables by name, such as `box` or `as it is: strokes`
 
 
 def table(rows: Iterable[Mapping[str, Any]]) -> Table:

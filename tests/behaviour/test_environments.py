@@ -15,6 +15,7 @@ every_environment = pytest.mark.parametrize("env_id", every_id())
 
 SPREADS = {environment_id(name): read_task(name).spread for name in shipped_names()}
 
+#: spreads that vary each hidden entry; without them, a task has a constant value there
 DRAWN = {
     "hidden.growth": ("lot_growth", "wheel_growth"),
     "hidden.pressure": ("lot_pressure",),
@@ -26,7 +27,6 @@ DRAWN = {
     "hidden.dressed_density": ("diamond_flat",),
     "hidden.dressed_roughness": ("diamond_flat",),
 }
-"""Spreads that vary each hidden entry; without them, a task has a constant value there."""
 
 
 def record_of(env_id: str) -> Tables:

@@ -14,8 +14,8 @@ from tests.behaviour.tables import additions, changes, load
 
 pytestmark = pytest.mark.bits
 
+#: codes with a meaning to the control
 M_CODES = {"M00", "M01", "M02", "M30", "M98", "M99", "M800", "M801", "M900", "M901", "M902", "M903", "M904"}
-"""Codes with a meaning to the control."""
 
 
 record_of = functools.cache(load)

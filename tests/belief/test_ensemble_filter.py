@@ -30,10 +30,10 @@ from tests.envs.harness import Array, assert_same, start
 from tests.examples import few, nightly
 
 PLATES, RAILS, BLADES = (load_task(name) for name in ("power_limited", "wide_rails", "blades"))
+#: blades scored only by the heat near the finished surface
 FINISHED = dataclasses.replace(
     BLADES, kinds=tuple(dataclasses.replace(kind, rise_allowance=0.0) for kind in BLADES.kinds)
 )
-"""Blades scored only by the heat near the finished surface."""
 RISE, TORQUE = (Outcome._fields.index(name) for name in ("rise", "peak_torque"))
 
 
@@ -165,8 +165,8 @@ def test_hypercube_draws_latin_hypercube_samples() -> None:
 # --- the filter ----------------------------------------------------------------------------------------------
 
 
+#: least ratio of the largest to the smallest wear-flat area; short light grinding dulls less
 LEAST_DULLED = {"noise": 1.1}
-"""Least ratio of the largest to the smallest wear-flat area; short light grinding dulls less."""
 
 
 @pytest.mark.parametrize("name", [*task_names(), nightly("reciprocation"), nightly("wide_plates")])

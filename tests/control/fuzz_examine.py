@@ -23,14 +23,11 @@ from tests.control.fuzz_cases import Case, case
 from tests.soak.limits import TooSlowError, limited
 from tests.soak.part import Part, Tried, broken, fallen
 
-SLOW = 2.0
-"""Processor time permitted for a program, s."""
+SLOW = 2.0  #: processor time permitted for a program, s
+#: errors of the settings, the file and the panel; all others point into the program
 WITHOUT_PLACE = {"setting", "file", "hold"}
-"""Errors of the settings, the file and the panel; all others point into the program."""
-NEGLIGIBLE = 1e-6
-"""Tolerance above the rounding of coordinates, mm or s."""
-ARC_TOLERANCE = 0.0101
-"""Permitted difference of the distances of both ends of an arc from its centre, mm."""
+NEGLIGIBLE = 1e-6  #: tolerance above the rounding of coordinates, mm or s
+ARC_TOLERANCE = 0.0101  #: permitted difference of the distances of both ends of an arc from its centre, mm
 
 
 def attempt(seed: int) -> Tried:

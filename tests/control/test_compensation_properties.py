@@ -16,12 +16,11 @@ from tests.control.contours import FIRST_AND_SECOND, Run, runs
 from tests.examples import examples
 
 START = -30.0 - 7j
-WORD = 2e-3
-"""Uncertainty left by three decimals in ends and centres, mm."""
+WORD = 2e-3  #: uncertainty left by three decimals in ends and centres, mm
+#: distance in radii beyond which two elements cannot interfere. The centre keeps one radius from each element and is up
+#: to 2.4 from its own one where the offsets of two arcs meet at right angles outside. Points one radius apart suffice:
+#: between two points, an element comes at most half a radius nearer
 APART = 4.0
-"""Distance in radii beyond which two elements cannot interfere. The centre keeps one radius from each element and is up
-to 2.4 from its own one where the offsets of two arcs meet at right angles outside. Points one radius apart suffice:
-between two points, an element comes at most half a radius nearer."""
 LETTERS = {"G17": ("XY", "IJ"), "G18": ("ZX", "KI"), "G19": ("YZ", "JK")}
 planes = st.sampled_from(sorted(LETTERS))
 sides = st.sampled_from(["G41", "G42"])

@@ -39,8 +39,7 @@ from tests.command import status
 MESSAGES = tomllib.loads(Path(__file__).with_name("error_texts.toml").read_text(encoding="utf-8"))["message"]
 SOURCES = Path(grind_env.control.__file__).parent
 FAULTS = (ControlError, CompensationFault, ImpossibleArc, FormulaFault, FunctionFault, VariableFault)
-MAKERS = {*(fault.__name__ for fault in FAULTS), "error"}
-"""Names of the functions that make an error."""
+MAKERS = {*(fault.__name__ for fault in FAULTS), "error"}  #: names of the functions that make an error
 
 Site = tuple[str, int]
 
@@ -114,6 +113,7 @@ def unevaluated(folder: Path) -> None:
     decode(block("G00 X#1"), Modes(), NumberFormat())
 
 
+#: errors that no program and no setting can cause
 CALLS: dict[str, Callable[[Path], object]] = {
     "override": lambda folder: Control().override(201.0),
     "hold": hold,
@@ -128,7 +128,6 @@ CALLS: dict[str, Callable[[Path], object]] = {
     "long block": lambda folder: read("  " + "M03 " * 2500 + "M", "part.nc"),
     "unevaluated": unevaluated,
 }
-"""Errors that no program and no setting can cause."""
 
 
 @pytest.fixture(scope="module")

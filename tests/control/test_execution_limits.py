@@ -32,6 +32,7 @@ RETURN = "G00 X-30. Y0\n"
 NESTED = "O2\nM98 P3 L999\nM99\nO3\nM98 P4 L999\nM99\nO4\nG04 P1.\nM99\n"
 LONG_DRESS = "O9100\nM98 P5 L999\nM99\nO5\nG04 P1.\nM99\n"
 
+#: programs of more than a million blocks and strokes, with the line at fault
 TOO_MUCH = {
     "a main program that begins again": ("G91 G00 X1.\nM99\n", 2),
     "with strokes": (f"{COMMON}{RETURN}{CYCLE}\nG80\nM99{DRESS}", 5),
@@ -47,7 +48,6 @@ TOO_MUCH = {
     "strokes beside a motion": (f"{COMMON}G81 X.1 I0 E60000.\nG01 Z9999. F.01\nG80\nM30", 3),
     "grooves": ("G90 G94 G18\nG00 X30. Z0\nG77 X24. Z-50000. I.6 K.01 D0 F6.\nM30", 3),
 }
-"""Programs of more than a million blocks and strokes, with the line at fault."""
 
 
 @pytest.mark.parametrize(("text", "line"), TOO_MUCH.values(), ids=TOO_MUCH)

@@ -20,12 +20,12 @@ INFEED_AXES = {("G77", "G17"): 1, ("G77", "G18"): 0, ("G77", "G19"): 2} | {
     ("G76", "G18"): 2,
     ("G76", "G19"): 1,
 }
+#: from "the first and the second axis of the plane": XY, ZX, YZ
 SPACING_AXES = {("G77", "G17"): 0, ("G77", "G18"): 2, ("G77", "G19"): 1} | {
     ("G76", "G17"): 1,
     ("G76", "G18"): 0,
     ("G76", "G19"): 2,
 }
-"""From "the first and the second axis of the plane": XY, ZX, YZ."""
 
 
 def plan(text: str, position: Position, e: float = 0.5, modes: Modes = FEED) -> GroovePlan:

@@ -26,15 +26,16 @@ MODULES = sorted(set(re.findall(r"automodule:: (\S+)", "".join(page.read_text() 
 ARRAY = re.compile(r"ndarray|ArrayLike|_SupportsArray")
 SHAPE = re.compile(r"shape|Shape")
 NUMERIC = re.compile(r"^(?!.*Callable).*\b(float|ndarray)\b")
+#: unit of a quantity, or the words for a count, a flag or a number without a unit
 UNIT = re.compile(
     # N, J and K are words of a program, too: units behind a comma only
     r"\b(mm[23]?|um|min)\b|(?<![\w'`])(s|k?W)\b|, [NJK]\b|\$|\bper minute\b|\bunits?\b|"
     r"\b(?i:shares?|fraction|factors?|ratios?|exponent|probability|log of|index|indices|how many)\b|"
     r"\b(?i:numbers? of)(?! the\b)|\b(?i:whether)\b|(\A|\bis |\bare )1 (if|for)\b"
 )
-"""Unit of a quantity, or the words for a count, a flag or a number without a unit."""
+#: a text of nothing but an enumerator makes an empty list on the site
 ENUMERATOR = re.compile(r"([A-Za-z]|[ivxlcdm]+|[IVXLCDM]+)\.")
-"""A text of nothing but an enumerator makes an empty list on the site."""
+#: modules with the tables of the compiled loops, which the pages mention
 BEHIND = (
     "envs.block_kind_rows",
     "envs.noise_tape",
@@ -42,8 +43,8 @@ BEHIND = (
     "machine.script.script_tables",
     "machine.loops.stroke_totals",
 )
-"""Modules with the tables of the compiled loops, which the pages mention."""
 PHYSICS: tuple[Any, ...] = (WheelState, StrokeParameters, StrokeResult, cost.Rates, cost.Limits)
+#: equations derived from definitions and balances of the others
 DERIVED = {
     "cut_root",
     "depth_of_cut",
@@ -57,7 +58,6 @@ DERIVED = {
     "worn_diameter",
     "worn_flat_area",
 }
-"""Equations derived from definitions and balances of the others."""
 SOURCE = re.compile(r"\[[^\]]*\b[MRWDC]\b[^\]]*\]|Malkin|Rowe|Hahn|Chen|Verkerk|Jaeger")
 
 

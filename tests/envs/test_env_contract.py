@@ -29,13 +29,12 @@ from tests.examples import few
 
 pytestmark = pytest.mark.filterwarnings("error")
 
-SHORT = {"wide_plates": 2}
-"""Blocks of a shortened episode; 8 for the other tasks."""
+SHORT = {"wide_plates": 2}  #: blocks of a shortened episode; 8 for the other tasks
 
 SPACES = dict(zip(harness.FORMS, (spaces.Box, spaces.MultiDiscrete, spaces.Discrete, spaces.Dict), strict=True))
 
+#: environments without a pre-dress in their action, and the reason
 NO_PRE_DRESS = {"grind/Job-v0": "the program says which cycles begin with a dress"}
-"""Environments without a pre-dress in their action, and the reason."""
 
 
 def kinds_of(env_id: str) -> list[dict[str, Any]]:
@@ -54,6 +53,7 @@ CASES = [(env_id, kwargs) for env_id in harness.every_id() for kwargs in kinds_o
 ALL_KINDS = ("grind/Oracle6-v0", "grind/Job-v0")
 every_environment = pytest.mark.parametrize("env_id", harness.every_id())
 every_kind = parametrized(CASES)
+#: most environments have one kind of action here, in turn: another test shows that all kinds are equivalent
 a_kind_of_each = parametrized(
     [
         (env_id, kwargs)
@@ -62,7 +62,6 @@ a_kind_of_each = parametrized(
         for kwargs in (kinds if env_id in ALL_KINDS else [kinds[k % len(kinds)]])
     ]
 )
-"""Most environments have one kind of action here, in turn: another test shows that all kinds are equivalent."""
 every_clone = pytest.mark.parametrize(
     "clone", [copy.deepcopy, lambda env: pickle.loads(pickle.dumps(env))], ids=["deepcopy", "pickle"]
 )

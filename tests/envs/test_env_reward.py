@@ -45,11 +45,11 @@ SETUPS = {
     "noise": Published(setup=600.0, load=5.0),
     "credit": Published(width=65.0, depth=0.03, lead=0.15, setup=120.0),
 }
+#: mm/min; a faster table stalls a spindle of 5 kW in most blocks
 FASTEST = {"power_limited": 12_000.0, "wide_rails": 12_000.0}
-"""mm/min; a faster table stalls a spindle of 5 kW in most blocks."""
 STALL_SECONDS = 600.0
+#: time of a gauging between two blocks of a part; a stalled spindle costs `STALL_SECONDS` once a part
 GAUGE_SECONDS = 10.0
-"""Time of a gauging between two blocks of a part; a stalled spindle costs `STALL_SECONDS` once a part."""
 TEMPERING = {"aisi_52100": 450.0, "aisi_1020": 600.0, "inconel_718": 600.0}
 
 

@@ -56,6 +56,7 @@ def test_rows_drawn_block_by_block_equal_the_full_tape(name: str) -> None:
     assert_same(kept.memory, drawn.memory)
 
 
+#: fields of a row that each spread changes
 SPREADS = {
     "stock": ["stock", "gauged"],
     "gauge": ["gauged"],
@@ -69,7 +70,6 @@ SPREADS = {
     "part_roughness": ["ra_scale", "spare_ra_scale", "part_ra"],
     "measurement": [name for name in TapeRow._fields if name.endswith("_noise")],
 }
-"""Fields of a row that each spread changes."""
 
 
 @pytest.mark.parametrize("spread", SPREADS)

@@ -21,15 +21,14 @@ from tests.envs.harness import every_id, start
 from tests.examples import few
 
 EXAMPLES = sorted((Path(grind_env.__file__).parent / "examples").glob("*.nc"))
-STEPS = 700
-"""More steps than any episode has."""
+STEPS = 700  #: more steps than any episode has
+#: entries read from gauges and power meters
 MEASURED = {
     *("mean_power", "first_power", "peak_power", "size_error", "taper", "roughness"),
     *("diameter", "executions_left"),
 }
-"""Entries read from gauges and power meters."""
+#: hidden fields of a tape, without the true stock
 DRAWN = ("kA", "pm", "hf", "fc", "Gref", "ra_scale", "spare_kA", "spare_ra_scale")
-"""Hidden fields of a tape, without the true stock."""
 
 
 def cases() -> Iterator[Any]:

@@ -11,8 +11,7 @@ from tests.envs.harness import actions, assert_same, native, rollout, start
 from tests.policies.optimum import exact_optimum
 
 LEVELS = np.array([6000.0, 9000.0, 14000.0, 21000.0])
-CHOICES = np.array(list(itertools.product(LEVELS, (0.0, 1.0)))).T
-"""E and D of every choice, shape (2, 8)."""
+CHOICES = np.array(list(itertools.product(LEVELS, (0.0, 1.0)))).T  #: E and D of every choice, shape (2, 8)
 
 
 @pytest.mark.bits

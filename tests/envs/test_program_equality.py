@@ -32,13 +32,13 @@ from tests.examples import examples
 
 PARTS = 5
 
+#: environments with other forms of programs, and the test modules that run them with `machine.grind`
 ELSEWHERE = {
     "grind/Job-v0": "test_job_env",
     "grind/Reciprocation-v0": "test_cross_env",
     "grind/Task-v0": "test_user_tasks",
     "grind/WidePlates-v0": "test_cross_env",
 }
-"""Environments with other forms of programs, and the test modules that run them with `machine.grind`."""
 
 
 def test_every_environment_is_covered() -> None:

@@ -18,8 +18,8 @@ from grind_env.envs.tasks import load_task, task_names
 from grind_env.errors import GrindError
 from tests.envs.harness import BLOCKS, IDS, Array, actions, assert_same, every_id, native, refusal, start, whole_tape
 
+#: deciles of the standard normal distribution
 DECILES = np.array([-1.28155, -0.84162, -0.52440, -0.25335, 0.0, 0.25335, 0.52440, 0.84162, 1.28155])
-"""Deciles of the standard normal distribution."""
 
 
 def trajectory(env_id: str, seed: int, options: Any, **kwargs: Any) -> tuple[Array, Array, str]:
@@ -54,8 +54,8 @@ def test_the_nominal_context_makes_a_task_deterministic(name: str) -> None:
         assert (tape.hf == 1.0).all() == (name != "blades")
 
 
+#: values other than the nominal ones; every other factor gets 1.5
 OTHER = {"executions_left": 3.0, "slack": 0.5, "diamond_flat": 0.2, "noise": 2.0, "stock": 1.2}
-"""Values other than the nominal ones; every other factor gets 1.5."""
 
 
 @pytest.mark.parametrize("env_id", [*IDS, "grind/Reciprocation-v0", "grind/WidePlates-v0"])

@@ -67,13 +67,13 @@ def test_masked_resets_in_mid_episode_restart_the_count(mode: Any) -> None:
         over = ours[2] | ours[3]
 
 
+#: ids, arguments and number of steps of an episode
 LENGTHS: list[tuple[str, dict[str, Any], int]] = [
     ("grind/PowerLimited-v0", {}, BLOCKS["grind/PowerLimited-v0"]),
     ("grind/Oracle6-v0", {}, 6),
     ("grind/WidePlates-v0", {}, 16),
     ("grind/Job-v0", {"program": str(examples.path("rail_g83.nc")), "parts": 3}, 3 * 2),
 ]
-"""Ids, arguments and number of steps of an episode."""
 
 
 def remade(env: gym.Env[Any, Any]) -> list[gym.Env[Any, Any]]:

@@ -58,8 +58,8 @@ FAILS = np.array([-1.0, 1.0], np.float32)
 SPARES = np.array([1.0, -1.0], np.float32)
 
 
+#: groove before the plate: this program has no script, and the control executes it
 GROOVE = "G71 G94 G90 G18\nG00 X1. Z0\nG77 X-1. Z-50. I.7 K40. D0 F6.\nM00\n"
-"""Groove before the plate: this program has no script, and the control executes it."""
 
 
 def grooved(folder: Path) -> str:

@@ -13,8 +13,7 @@ from tests.envs.harness import rollout, start
 
 CBN = BlockSimulation(load_task("CBN"), full=True)
 N = 64
-STEP = 2 * 3 * 0.004
-"""mm of diameter that one execution takes off."""
+STEP = 2 * 3 * 0.004  #: mm of diameter that one execution takes off
 
 
 def test_the_wheel_starts_with_8_to_26_executions_left() -> None:

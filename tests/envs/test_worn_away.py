@@ -25,8 +25,8 @@ from grind_env.process.stroke_types import WheelState
 from tests.envs.harness import Array, whole_tape
 
 DIAMETER = WheelState._fields.index("ds")
+#: context in which the highest E and D wear the wheel away in less than an episode
 WORN = {"material": "inconel_718", "Gref": 0.2, "fc": 0.2}
-"""Context in which the highest E and D wear the wheel away in less than an episode."""
 
 
 @pytest.mark.parametrize("more", [{}, {"stock": 3.0}])
@@ -102,13 +102,11 @@ def volume(before: float, after: float, width: float) -> float:
     return float(np.pi / 4.0 * (before**2 - after**2) * width)
 
 
+#: factors that wear the wheel most; all their corners are tried, with the most stock
 WEARING = ("kA", "pm", "fc", "Gref", "hf")
-"""Factors that wear the wheel most; all their corners are tried, with the most stock."""
-MIXED = 64
-"""Corners of all factors together, drawn at random, half of them with the least stock."""
+MIXED = 64  #: corners of all factors together, drawn at random, half of them with the least stock
 BOUNDED, FREE = ("wheel", "change", "scrap"), ("time", "dress", "handover", "late")
-LARGEST_ERROR = 0.1
-"""mm; more than the error of single precision and of a gauge."""
+LARGEST_ERROR = 0.1  #: mm; more than the error of single precision and of a gauge
 
 
 def simulation_of(task: Task) -> Simulation:

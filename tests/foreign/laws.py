@@ -9,10 +9,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-WHEEL_SPEED, DIAMETER = 30.0, 300.0
-"""Wheel speed (m/s) and wheel diameter (mm)."""
-EFFUSIVITY = 11.6
-"""Effusivity of hardened bearing steel, kJ/(m2 K s^1/2)."""
+WHEEL_SPEED, DIAMETER = 30.0, 300.0  #: wheel speed (m/s) and wheel diameter (mm)
+EFFUSIVITY = 11.6  #: effusivity of hardened bearing steel, kJ/(m2 K s^1/2)
 
 
 def thickness(depth: float, speed: float) -> float:

@@ -12,16 +12,14 @@ import numpy as np
 
 from tests.foreign.laws import Flats, Laws, Loading, Machine, Threshold, Werner
 
-OVER = 30.0
-"""Overrun of the table at each end of the part, mm."""
+OVER = 30.0  #: overrun of the table at each end of the part, mm
+#: acceleration (mm/s2) and reversal time (s) of the default machine in `grind trace`
 ACCELERATION, REVERSAL = 1000.0, 0.15
-"""Acceleration (mm/s2) and reversal time (s) of the default machine in `grind trace`."""
+#: hourly rate ($/h), diamond and wheel cost of a dress ($), and time of a dress with its set-up (s)
 HOURLY, EACH_DRESS, DRESS_SECONDS = 80.0, 0.2, 32.7
-"""Hourly rate ($/h), diamond and wheel cost of a dress ($), and time of a dress with its set-up (s)."""
 STALLED_SECONDS = 600.0
 LOADING = 30.0
-NOISE, IDLE, RATE = 25.0, 620.0, 10.0
-"""Noise (W), idle power (W) and sample rate (Hz) of the log."""
+NOISE, IDLE, RATE = 25.0, 620.0, 10.0  #: noise (W), idle power (W) and sample rate (Hz) of the log
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -158,6 +156,7 @@ LOADING_WHEEL = Shop(
     scrap=35.0,
     burns=450.0,
 )
+#: held-out machine: nothing was tuned on it, and it was tried once, at the end of the work on advice
 THRESHOLD = Shop(
     name="threshold",
     laws=Threshold,
@@ -176,7 +175,6 @@ THRESHOLD = Shop(
     scrap=40.0,
     burns=480.0,
 )
-"""Held-out machine: nothing was tuned on it, and it was tried once, at the end of the work on advice."""
 SHOPS = {shop.name: shop for shop in (WERNER, FLATS, LOADING_WHEEL, THRESHOLD)}
 
 
@@ -283,8 +281,8 @@ class Block(NamedTuple):
     D: int
 
 
+#: function that returns E and D of a block from its number (from 0) and the readings of the block before
 Decide = Callable[[int, Mapping[str, Any]], Block]
-"""Function that returns E and D of a block from its number (from 0) and the readings of the block before."""
 
 
 def shift(shop: Shop, depths: Sequence[Sequence[float]], decide: Decide, seed: int, parts: int = 30) -> list[Part]:

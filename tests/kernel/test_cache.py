@@ -42,6 +42,7 @@ kernels = [scaled(factor) for factor in range(KERNELS)]
 print([kernel(2.0) for kernel in kernels])
 print(sum(sum(kernel.stats.cache_hits.values()) for kernel in kernels if hasattr(kernel, "stats")))
 """
+#: source of a kernel that calls another one, too long to be inlined
 CALLING = """
 import sys
 from math import sin
@@ -62,7 +63,6 @@ def scaled(factor):
 print([scaled(int(factor))(2.0) for factor in sys.argv[1:]])
 print(0)
 """.replace("SINES", " + ".join(f"sin({k} * x)" for k in range(2, 60)))
-"""Source of a kernel that calls another one, too long to be inlined."""
 
 RESULTS = "[1.0, 3.0]"
 

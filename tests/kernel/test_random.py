@@ -9,12 +9,12 @@ from hypothesis import strategies as st
 from grind_env.kernel.random import WORD, normal, philox, uniform
 from tests.kernel.test_plain import compiled
 
+#: key, counter and words of philox4x32-10 in `kat_vectors` of Random123
 VECTORS = [
     ("00000000 00000000", "00000000 00000000 00000000 00000000", "6627e8d5 e169c58d bc57ac4c 9b00dbd8"),
     ("ffffffff ffffffff", "ffffffff ffffffff ffffffff ffffffff", "408f276d 41c83b0e a20bc7c6 6d5451fd"),
     ("a4093822 299f31d0", "243f6a88 85a308d3 13198a2e 03707344", "d16cfe09 94fdcceb 5001e420 24126ea1"),
 ]
-"""Key, counter and words of philox4x32-10 in `kat_vectors` of Random123."""
 
 words = st.integers(0, WORD)
 

@@ -19,13 +19,13 @@ from grind_env.process.stroke_types import StrokeParameters, WheelState
 
 CATALOGUE = load_catalogue()
 
+#: X reciprocates, Y plunges; the wheel stands 30 mm beside the part and at its surface
 HEAD = "G71 G94 G90 G19\nG00 X-30. Y0 Z0\n"
-"""X reciprocates, Y plunges; the wheel stands 30 mm beside the part and at its surface."""
 
 CYCLE = "G82 X230. I-30. Y-.05 J-.01 L2 F60. E12000. P9100\n"
-STROKE = 260.0 / 200.0 + 200.0 / 1000.0 + 0.15
-"""Time of a stroke of this cycle, s."""
+STROKE = 260.0 / 200.0 + 200.0 / 1000.0 + 0.15  #: time of a stroke of this cycle, s
 
+#: two passes of 0.02 mm at 191 mm/min
 DRESS = """
 O9100
 N1 G71 G90 G94
@@ -39,13 +39,11 @@ N8 Z-35. F191.
 N9 G90 G00 Y20.
 N10 M99
 """
-"""Two passes of 0.02 mm at 191 mm/min."""
 
-LONG_AFTER = (1e12,)
-"""Time of a dress request, s; such a request makes the machine step every stroke."""
+LONG_AFTER = (1e12,)  #: time of a dress request, s; such a request makes the machine step every stroke
 
+#: numbers of this dress for the compiled loops
 DRESS_NUMBERS = {"dress_passes": 2.0, "dress_feed": 191.0 / 60.0, "dress_depth": 0.02}
-"""Numbers of this dress for the compiled loops."""
 
 
 def stroking(speed: float, bottom: float, **changes: float) -> Stroking:
@@ -94,13 +92,13 @@ def job(
     )
 
 
+#: material without thermal growth: its strokes do not depend on time
 STILL = replace(CATALOGUE.material("aisi_52100"), thermal_expansion=0.0)
-"""Material without thermal growth: its strokes do not depend on time."""
+#: set-up without cooling: a waiting part keeps its heat
 TIMELESS = {
     "fluid": replace(CATALOGUE.fluid("emulsion"), part_cooling=0.0),
     "machine": replace(CATALOGUE.machine("default"), chuck_conductance=0.0),
 }
-"""Set-up without cooling: a waiting part keeps its heat."""
 
 
 def run(

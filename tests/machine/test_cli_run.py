@@ -170,8 +170,8 @@ def test_run_skips_blocks_with_block_delete(tmp_path: Path, capsys: pytest.Captu
 
 
 ALL = [path for folder in (EXAMPLES, PROGRAMS) for path in sorted(folder.glob("*.nc"))]
+#: options of a program with steps as small as the usual retract amount
 RETRACT = {"grooving_wheel": ["--groove-retract", "0.01"]}
-"""Options of a program with steps as small as the usual retract amount."""
 
 
 @pytest.mark.parametrize("path", ALL, ids=lambda path: path.stem)

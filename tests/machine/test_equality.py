@@ -200,6 +200,7 @@ def strokes_and_dresses(case: Case) -> tuple[Array, list[int]]:
     return np.array([*heights, *[H] * (case.coverage + case.L)]) - case.above, places
 
 
+#: ten full plunges, each followed by a smaller one
 EVERY_SECOND = Case(
     material="aisi_52100",
     wheel="a60j",
@@ -223,7 +224,6 @@ EVERY_SECOND = Case(
     pre_dress=False,
     coverage=True,
 )
-"""Ten full plunges, each followed by a smaller one."""
 
 
 @examples(200)

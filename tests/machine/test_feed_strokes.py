@@ -24,8 +24,7 @@ from tests.machine.harness import CYCLE, DRESS, HEAD, run
 from tests.machine.test_replay import assert_replayed
 
 AWAY = "G00 Y20.\n"
-PLACED = ("part", "groove", "time", "line", "number")
-"""Columns for place and time of a stroke, not for its results."""
+PLACED = ("part", "groove", "time", "line", "number")  #: columns for place and time of a stroke, not for its results
 
 
 def job(*, dwell: float = 0.0, **values: Any) -> Job:

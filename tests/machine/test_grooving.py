@@ -11,13 +11,10 @@ from grind_env.machine.job import Job, Stage
 from grind_env.machine.part.groove_cuts import infeed_depth
 from tests.machine.harness import CATALOGUE, job, run
 
-LENGTH, WIDTH = 100.0, 25.0
-"""Ground length and width of the wheel a60j, mm."""
+LENGTH, WIDTH = 100.0, 25.0  #: ground length and width of the wheel a60j, mm
 START = "G71 G94 G90 G18\nG00 X25. Z-10.\n"
-G1 = "G77 X20. I2. D0 F60.\n"
-"""Worked example G1: three infeeds to X23, X21 and X20, retracts of 0.5 mm, and out."""
-FINE = "G77 X24.9 I.02 D0 F6.\n"
-"""Five infeeds of 0.02 mm."""
+G1 = "G77 X20. I2. D0 F60.\n"  #: worked example G1: three infeeds to X23, X21 and X20, retracts of 0.5 mm, and out
+FINE = "G77 X24.9 I.02 D0 F6.\n"  #: five infeeds of 0.02 mm
 CONTROL = Control(acceleration=1000.0, rapid_feed=18_000.0, groove_retract=0.5)
 NEAR = Control(acceleration=1000.0, rapid_feed=18_000.0, groove_retract=0.01)
 

@@ -30,6 +30,7 @@ G90 G00 Y.8
 M99
 """
 
+#: programs for a part that the wheel covers
 NARROW = {
     "small letters, no blanks, CRLF": (
         "%\r\no0815(rail)\r\ng71g94g90g19\r\ng0y20.\r\ng0x-30.z-2.5\r\ng1y0f500.\r\n"
@@ -98,7 +99,6 @@ NARROW = {
         b"G82 E8000. L2\nG80 M05 M09\nG00 Y20.\nM30\n%\nG00 X-\n"
     ),
 }
-"""Programs for a part that the wheel covers."""
 
 WIDE = {
     "G83 in a loop, inches": (

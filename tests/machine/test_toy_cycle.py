@@ -171,8 +171,8 @@ def test_interpreter_and_compiled_loops_run_the_toy_cycle_alike(
     assert_ground(case, record, *numbers[3:])
 
 
+#: script as `grind_blocks` takes it
 OneBlock = namedtuple("OneBlock", "blocks plans motions places cycles rows settings parameters")
-"""Script as `grind_blocks` takes it."""
 
 
 def test_a_script_of_the_toy_cycle_is_replayed(loops: Loops, monkeypatch: pytest.MonkeyPatch) -> None:

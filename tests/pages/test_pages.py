@@ -24,8 +24,8 @@ from grind_env.task_version import TASK_VERSION
 from tests.command import Grind
 from tests.envs.harness import IDS, Array, reward_terms_of
 
+#: expected `own_text("grind/Oracle6-v0")`; rewrite the file after an intended change
 GOLDEN = Path(__file__).with_name("page_oracle6.md")
-"""Expected `own_text("grind/Oracle6-v0")`; rewrite the file after an intended change."""
 
 EVERY = page_ids()
 TASKS = [env_id for env_id in EVERY if env_id != "grind/Job-v0"]
@@ -36,8 +36,8 @@ every_task = pytest.mark.parametrize("env_id", TASKS)
 SHARP = {"pm": 0.2, "kA": 0.05, "wheel_kA": 0.05, "diamond_flat": 0.0, "fc": 0.25, "Gref": 0.2}
 SHARP |= {"material": "grey_cast_iron"}
 """Context in which the fastest table stalls no spindle: an easy material and a soft wheel that wears away."""
+#: context in which the slowest table stalls every spindle at some time
 DULL = {"pm": 5.0, "kA": 20.0, "wheel_kA": 20.0, "fc": 5.0, "diamond_flat": 0.5}
-"""Context in which the slowest table stalls every spindle at some time."""
 
 SECTIONS = """Description, Action space, Observation space, Reward, Episode, Arguments, Reference scores, Example,
 Version history"""

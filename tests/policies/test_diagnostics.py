@@ -17,11 +17,9 @@ from grind_env.policies.score_statistics import Interval
 from tests.envs.harness import Array
 
 EPISODES = 512
-DIE = 18
-"""Block of the first of the last two dies."""
+DIE = 18  #: block of the first of the last two dies
 HANDOVER, COST = Outcome._fields.index("handover_cost"), Outcome._fields.index("cost")
-FALLS = np.array([1.0, 0.97, 0.94])
-"""Factors on E from block to block."""
+FALLS = np.array([1.0, 0.97, 0.94])  #: factors on E from block to block
 ROUGHNESS = TapeRow._fields.index("ra_scale")
 
 

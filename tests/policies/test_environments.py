@@ -18,10 +18,9 @@ from grind_env.policies.registry import ABLATIONS, UNSCORED, fitting, policy_nam
 from grind_env.policies.scripted.rules import Fixed, Random
 from tests.policies.harness import shortened, untuned
 
+#: environments, and the blocks or parts of their short episodes
 LENGTHS = {"power_limited": 3, "job_shop": 3, "reciprocation": 2, "wide_plates": 2}
-"""Environments, and the blocks or parts of their short episodes."""
-BESIDES = ("reciprocation", "wide_plates")
-"""Environments that are no task of cycle blocks."""
+BESIDES = ("reciprocation", "wide_plates")  #: environments that are no task of cycle blocks
 NAMES = [
     (env, name)
     for env, simulation in ((env, find_problem(env).simulation()) for env in LENGTHS)

@@ -21,8 +21,7 @@ pytestmark = pytest.mark.bits
 
 PROBLEM = find_problem("power_limited")
 SIMULATION = PROBLEM.simulation()
-SPREAD = 2.0
-"""Factor on the weights, so that the decisions of an untrained network differ."""
+SPREAD = 2.0  #: factor on the weights, so that the decisions of an untrained network differ
 
 
 @cache

@@ -20,8 +20,8 @@ from tests.policies.harness import untuned
 EXAMPLES = Path(grind_env.__file__).with_name("examples")
 TASK = 'base = "oracle6"\nblocks = 3\n'
 LOTS = "\n[lots]\nprobability = 0.5\ngrowth = 0.45\npressure = 0.08\nstock = 0.02\n"
+#: a feedrate per revolution at a constant surface speed, which the control has to execute
 BY_CONTROL = "N80 G80\nG00 Y20.\nG96 S1800\nG95 G01 Y2. F.05\nG94 F60."
-"""A feedrate per revolution at a constant surface speed, which the control has to execute."""
 
 
 @pytest.fixture(autouse=True)

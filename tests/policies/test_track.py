@@ -22,8 +22,7 @@ from grind_env.policies.scripted.rules import Fixed
 from grind_env.policies.track import TrackMachine, TrackShift, books, run_shifts
 from grind_env.process.process_interface import PROCESS
 
-DRIFTING = "public:4"
-"""Machine that drifts and warms up."""
+DRIFTING = "public:4"  #: machine that drifts and warms up
 
 
 class Slower:

@@ -15,10 +15,10 @@ from grind_env.policies.learned.saved import write_policy
 from grind_env.policies.problem_lookup import Problem
 from tests.policies.harness import network_of
 
+#: observations of agents of Stable-Baselines3
 KINDS = {"ppo": LearnerForm("belief"), "ppo_stack": LearnerForm("stack")}
-"""Observations of agents of Stable-Baselines3."""
+#: layers of an agent file by the layers of Stable-Baselines3
 ACTOR = {"mlp_extractor.policy_net.0": "actor.0", "mlp_extractor.policy_net.2": "actor.2", "action_net": "actor.4"}
-"""Layers of an agent file by the layers of Stable-Baselines3."""
 
 
 class Spaces(gym.Env[Any, Any]):

@@ -10,8 +10,7 @@ from grind_env.process.stroke_and_dress import dress_wheel, dressed_wheel, grind
 from grind_env.process.stroke_types import StrokeConstants, StrokeParameters, StrokeResult, WheelState
 
 CATALOGUE = load_catalogue()
-INSULATED = dict.fromkeys(("r_1", "r_2", "r_3", "r_4"), 0.0)
-"""Parameters of a part that keeps its heat."""
+INSULATED = dict.fromkeys(("r_1", "r_2", "r_3", "r_4"), 0.0)  #: parameters of a part that keeps its heat
 
 
 def parameters(

@@ -35,8 +35,7 @@ def wheels(draw: st.DrawFn) -> WheelState:
     )
 
 
-ROUNDING = 1.0 + 1e-15
-"""Rounding of a shallow dress, which mixes old and dressed values."""
+ROUNDING = 1.0 + 1e-15  #: rounding of a shallow dress, which mixes old and dressed values
 
 
 def assert_within_bounds(wheel: WheelState, p: StrokeParameters) -> None:

@@ -52,10 +52,11 @@ GENTLE, DEEP, TOO_MUCH = (
     f"G00 X-30. Y0\nG82 X230. I-30. Y-.1 {rest} F60. P9100 D1\nG80\nG00 Y20.\n"
     for rest in ("J-.01 L2 E12000.", "J-.03 L2 E12000.", "J-.1 L2 E30000.")
 )
+#: three parts with a dress in each, ground harder and harder; the spindle stalls in the third
 BATCH = HEAD + f"{GENTLE}M00\n{DEEP}M00\n{TOO_MUCH}M30\n"
-"""Three parts with a dress in each, ground harder and harder; the spindle stalls in the third."""
 
 
+#: one entry of each kind, away from the reference conditions of the other entries
 USUAL: dict[str, Entry] = {
     "material": BUILT_IN.material("aisi_52100"),
     "wheel": changed(BUILT_IN.wheel("a60j"), {"maximum_speed": 23.0}),  # slightly exceeded
@@ -71,7 +72,6 @@ USUAL: dict[str, Entry] = {
         },
     ),
 }
-"""One entry of each kind, away from the reference conditions of the other entries."""
 
 
 def run_batch(**entries: Entry) -> tuple[object, ...]:

@@ -14,8 +14,7 @@ from tests.examples import nightly
 from tests.process.harness import CATALOGUE, INSULATED, cut, grinder, parameters, warm_grinder
 
 STROKES = 10_000
-POWER = 3000.0
-"""Power limit, W, low enough to overload the spindle often."""
+POWER = 3000.0  #: power limit, W, low enough to overload the spindle often
 
 
 class Event(NamedTuple):

@@ -13,11 +13,9 @@ from tests.process.harness import grinder, parameters
 
 RATES = cost.Rates(hourly=80.0, wheel=1e-4, dress=0.10)
 LIMITS = cost.Limits(rise=450.0, power=7500.0, roughness=0.50, size=9.0)
-MEDIUM = (2.0, 0.10, 0.020)
-"""Passes, lead and depth of the medium dress."""
+MEDIUM = (2.0, 0.10, 0.020)  #: passes, lead and depth of the medium dress
 
-ONE_DRESS = 0.86091445
-"""$ of a medium dress in 30 s: 80*30/3600 + 1e-4*(0.04 pi 300*25) + 0.10."""
+ONE_DRESS = 0.86091445  #: $ of a medium dress in 30 s: 80*30/3600 + 1e-4*(0.04 pi 300*25) + 0.10
 
 
 def test_running_cost() -> None:

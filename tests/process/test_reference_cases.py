@@ -20,10 +20,8 @@ from tests.process import prototype
 from tests.process.harness import CATALOGUE, grinder, parameters
 from tests.process.prototype import Setup, State
 
-NEAR = 1e-9
-"""Relative tolerance between bisection and closed form, after a thousand strokes that build on each other."""
-ROUNDING = 1e-12
-"""Absolute tolerance: rounding of positions of about 1 mm."""
+NEAR = 1e-9  #: relative tolerance between bisection and closed form, after a thousand strokes that build on each other
+ROUNDING = 1e-12  #: absolute tolerance: rounding of positions of about 1 mm
 
 CASES = {
     # material, wheel, fluid, wheel speed m/s, table speed m/min, downfeed mm

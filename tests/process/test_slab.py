@@ -15,17 +15,15 @@ from tests.process.harness import CATALOGUE, parameters
 
 STEEL = CATALOGUE.material("aisi_52100")
 CAPACITY = STEEL.density * STEEL.specific_heat
+#: height, conductivity, heat capacity of a volume, conductances into fluid and chuck; SI
 SLABS = [
     (height, STEEL.conductivity, CAPACITY, top, bottom)
     for height in (0.005, 0.010, 0.020, 0.040, 0.080)
     for top in (1000.0, 3000.0, 6000.0)
     for bottom in (1000.0, 3000.0)
 ]
-"""Height, conductivity, heat capacity of a volume, conductances into fluid and chuck; SI."""
-TIMES = np.geomspace(0.1, 300.0, 60)
-"""Times after a pulse or after the last pulse of a train, s."""
-LEFT = 0.01
-"""Share of the growth by a pulse; below it the tolerance is absolute, 0.05 % of the pulse."""
+TIMES = np.geomspace(0.1, 300.0, 60)  #: times after a pulse or after the last pulse of a train, s
+LEFT = 0.01  #: share of the growth by a pulse; below it the tolerance is absolute, 0.05 % of the pulse
 
 Slab = tuple[float, float, float, float, float]
 

@@ -158,13 +158,13 @@ MIXED = PLUNGES.replace("G80\nG00 Y20.\nM00\n", f"G80\n{INFEED}")
 GROOVE = "G71 G94 G90 G18\nG00 X1. Z0\nG77 X-1. Z-50. I.7 K40. D0 F6.\nM00\n"
 WIDE = PLUNGES.replace("Z-2.5", "Z0.").replace("Y-.06 ", "Y-.06 Z15. K6. R6. ").replace("Q-.004", "Q-.004 Z11.3 K9.2")
 ALIKE, NEAR = 0.0, 1e-12
+#: program text, width of the part, mm, and relative tolerance of its replay
 PROGRAMS: dict[str, tuple[str, float, float]] = {
     "a script of plunges": (PLUNGES, 20.0, ALIKE),
     "a script with an infeed beside the table": (MIXED, 20.0, NEAR),
     "a script in zones": (WIDE.replace("G82", "G83").replace("F100.", "F1500."), 40.0, NEAR),
     "a program that the control executes": (GROOVE + MIXED, 20.0, NEAR),
 }
-"""Program text, width of the part, mm, and relative tolerance of its replay."""
 
 
 def toy_job(**part: float) -> Job:
@@ -233,8 +233,7 @@ def simulation_of(name: str, process: Process = TOY, gauge: Gauge = METER) -> Bl
     return BlockSimulation(task, process=process, gauge=gauge)
 
 
-CHOICES = [(9000.0, 0.0), (21_000.0, 2.0), (14_000.0, 0.0), (6000.0, 1.0), (12_000.0, 0.0)]
-"""E and D of some parts."""
+CHOICES = [(9000.0, 0.0), (21_000.0, 2.0), (14_000.0, 0.0), (6000.0, 1.0), (12_000.0, 0.0)]  #: E and D of some parts
 
 
 @pytest.mark.parametrize("name", TASKS)

@@ -17,8 +17,7 @@ from grind_env.process.stroke_types import StrokeParameters, StrokeResult
 from tests.process.harness import CATALOGUE, INSULATED, Grinder, WarmGrinder, cut, grinder, parameters, warm_grinder
 from tests.process.jobs import deep_cycles, small_parts, stroke_seconds
 
-UNLIMITED = 1e12
-"""Power limit of a spindle that never slows, W."""
+UNLIMITED = 1e12  #: power limit of a spindle that never slows, W
 ALUMINA, CBN = parameters(power=UNLIMITED), parameters(wheel="b126", power=UNLIMITED)
 RS = parameters().rs
 
@@ -305,8 +304,7 @@ def heavy(limit: float, constant_surface_speed: bool = False) -> StrokeResult:
     return cut(0.030, settled(p, 15.0, width=40.0))
 
 
-CHIPS = 13.8 * 0.030 * 250.0 * 40.0
-"""Power of chip formation in this cut, W; independent of the wheel speed."""
+CHIPS = 13.8 * 0.030 * 250.0 * 40.0  #: power of chip formation in this cut, W; independent of the wheel speed
 
 
 def test_an_overloaded_spindle_slows_at_its_power_limit() -> None:

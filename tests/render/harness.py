@@ -45,8 +45,7 @@ VIEW = EpisodePicture(
 )
 INSTANT = PictureInstant(table=0.0, spin=0.1, dressing=False, speed=9000.0, executions=0)
 
-MACHINE = (slice(90, 340), slice(16, 474))
-"""Rows and columns of the machine in the wide picture, without its labels."""
+MACHINE = (slice(90, 340), slice(16, 474))  #: rows and columns of the machine in the wide picture, without its labels
 CHARTS = (slice(50, 482), slice(486, 944))
 TRAY = (slice(458, 481), slice(14, 410))
 

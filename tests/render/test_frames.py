@@ -12,8 +12,7 @@ from grind_env.render.picture_data import EpisodePicture, RenderError
 from tests.examples import few
 from tests.render.harness import CHARTS, GOOD, INSTANT, LIMITS, MACHINE, TRAY, VIEW, near, runs, with_last, with_wheel
 
-BLOCK_STRIP = 493
-"""First row of the wide picture that belongs to the block text."""
+BLOCK_STRIP = 493  #: first row of the wide picture that belongs to the block text
 
 
 def wheel_height(view: EpisodePicture) -> int:

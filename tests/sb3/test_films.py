@@ -28,8 +28,8 @@ def mean_difference(a: Any, b: Any) -> float:
     return float(np.abs(np.asarray(a, float) - np.asarray(b, float)).mean())
 
 
+#: one environment for each kind of picture
 FILMED = [f"grind/{name}-v0" for name in ("Oracle6", "Job", "Reciprocation", "WidePlates")]
-"""One environment for each kind of picture."""
 
 
 @pytest.mark.parametrize("env_id", FILMED)

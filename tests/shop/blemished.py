@@ -47,8 +47,8 @@ class Style:
     stops: bool = True  # whether the operator lets the program stop at its M01
 
 
+#: style of a log with seconds, W and decimal points
 PLAIN = Style(unit="W", comma=False, separator=",", clock="s", headings=("time [s]", "power [W]"), scale=0.0)
-"""Style of a log with seconds, W and decimal points."""
 
 
 def strokes_of(

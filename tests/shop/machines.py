@@ -21,8 +21,8 @@ from grind_env.shop.calibrate.log_calibration import calibrate
 from grind_env.shop.calibrate.result import Calibration
 from tests.shop.blemished import PLAIN, Style, write_gauge, write_log
 
+#: parts of a varied log: factor on E, factor on depth of cut, whether the wheel is dressed
 VARIED = ((1.0, 1.0, True), (1.4, 0.7, False), (0.75, 1.4, True))
-"""Parts of a varied log: factor on E, factor on depth of cut, whether the wheel is dressed."""
 
 
 def style_of(plant: Plant) -> Style:

@@ -12,11 +12,11 @@ from grind_env.shop.search_options import SearchOptions
 PLATE = (EXAMPLES / "plate_g82.nc").read_text(encoding="utf-8")
 JOB = (EXAMPLES / "plate_g82.toml").read_text(encoding="utf-8")
 
+#: the plate of the example at two stations, with its job beside it
 TWO_PLATES = Path(__file__).with_name("two_plates.nc")
-"""The plate of the example at two stations, with its job beside it."""
 
+#: table of a job whose machine has no uncertainty: all constants are those of the catalogue
 KNOWN = "\n[catalogue.uncertainty]\nnames = []\nspread = []\ncorrelation = []\n"
-"""Table of a job whose machine has no uncertainty: all constants are those of the catalogue."""
 
 
 def known_job(folder: Path, name: str) -> Path:
@@ -90,6 +90,7 @@ N14 G00 Y20. M09 M05
 N15 M30
 """
 
+#: the last program has a byte order mark, and its second cycle takes the table speed over from the first
 PROGRAMS: dict[str, bytes] = {
     "plate": PLATE.encode(),
     "lower": PLATE.lower().replace("\n", "\r\n").encode(),
@@ -98,7 +99,6 @@ PROGRAMS: dict[str, bytes] = {
     "feeds": (FEEDS + DRESS).encode(),
     "takes_over": b"\xef\xbb\xbf" + PLATE.replace(" E9000.", "").replace("15000.", "15000").encode(),
 }
-"""The last program has a byte order mark, and its second cycle takes the table speed over from the first."""
 
 
 def write(folder: Path, name: str, job: str = JOB) -> Path:

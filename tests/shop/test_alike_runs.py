@@ -29,6 +29,7 @@ PLACE = [PlanRow._fields.index(name) for name in ("block", "line")]
 FOUND = sorted(Path(__file__).parent.glob("programs_from_*/*.nc"))
 FINISH = "N80 G80"
 AGAIN = "G00 X-30. ; G01 Y-.19 F500. ; G82 X230. I-30. Y-.2 J-.005 L1 F60. E9000. P9100 D1 ; N80 G80"
+#: programs with identical runs
 LIKE = {
     "is gauged at rest": (FINISH, f"G80 ; G00 Y2. ; M01 ; G04 P3. ; {AGAIN}"),
     "is gauged while the table runs": ("N60 M01", "G04 P1.5 ; N60 M01"),
@@ -36,7 +37,7 @@ LIKE = {
     "is gauged in a subprogram": ("N60 M01", "M98 P300"),
     "is incremental in part": (FINISH, f"G80 ; G91 G00 Y2. ; X10. ; G90 ; {AGAIN}"),
 }
-"""Programs with identical runs."""
+#: programs with runs that may differ, if only in the last digit
 OWN_RUNS = {
     "drifts across": ("N20 G00 Y2. Z-2.5", "N20 G91 G00 Z.01 ; G90 G00 Y2."),
     "has a variable": ("N50 G82", "#100=15000 ; N50 G82"),
@@ -48,7 +49,6 @@ OWN_RUNS = {
     "calls a macro": ("N60 M01", "G65 P300 A1."),
     "infeeds beside the table": ("N60 M01", "G01 Y-.175 F.3"),
 }
-"""Programs with runs that may differ, if only in the last digit."""
 GAUGED = JOB.replace("load = 20", "gauge = 12\nload = 20")
 
 
@@ -137,8 +137,7 @@ def test_results_do_not_depend_on_the_number_of_cores(candidates: int, monkeypat
         np.testing.assert_array_equal(one, other)
 
 
-PACE = 0.001
-"""Time of a program on a lot, s."""
+PACE = 0.001  #: time of a program on a lot, s
 
 
 @pytest.mark.nightly
@@ -163,6 +162,7 @@ def test_search_and_judgement_stay_within_the_budget(seconds: float, monkeypatch
 
 
 ROUGH, SHORTER = "N50 G82 X230. I-30. Y-.17 J-.01 L0 F60. E15000. P9100 D1", "N70 G71 G82 X231. I-31."
+#: first cycles without E or I of their own; the second cycle has another E and another I
 UNSAID = {
     "E is F": "G82 X230. I-30. Y-.17 J-.01 F15000. P9100 D1",
     "E is an F before": "G82 X230. I-30. Y-.17 J-.01 P9100 D1",
@@ -171,7 +171,6 @@ UNSAID = {
     "E and I in G91": "G91 G82 X260. Y-.17 J-.01 F9999. P9100 D1 ; G90",
     "the program jumps": "GOTO 55 ; N55 G82 X230. Y-.17 J-.01 F15000. P9100 D1",
 }
-"""First cycles without E or I of their own; the second cycle has another E and another I."""
 SHARED = "F15000. ; M98 P400 ; G82 Y-.18 E9000. ; M98 P400"
 
 

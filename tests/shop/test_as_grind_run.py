@@ -25,6 +25,7 @@ INSIDE = (
     f"G82 Y-.06 J-.005 L4 F60. E9000.\n{END}"
 )
 STAGE = "[[part.stages]]\nstock = 0.06\nrise_allowance = 300\nroughness_limit = 0.6\n"
+#: column of `grind run --json` for each quantity of `optimise --json`, and the factor between their units
 RUN = {
     "cost": ("total_cost", 1.0),
     "seconds": ("seconds", 1.0),
@@ -35,7 +36,6 @@ RUN = {
     "size_error": ("worst_error", 1.0),
     "scrap": ("survival", 100.0),
 }
-"""Column of `grind run --json` for each quantity of `optimise --json`, and the factor between their units."""
 
 
 def job_text(*stages: str) -> str:

@@ -25,6 +25,7 @@ from tests.shop.programs import DRESS, EXAMPLES, FEEDS, INCH, JOB, KNOWN, PLATE
 pytestmark = pytest.mark.usefixtures("few_lots")
 
 SHOP = replace(load_job(EXAMPLES / "plate_g82.toml"), uncertainty=CERTAIN)
+#: the plate with four kinds of words read from variables
 ASSIGNED = (
     PLATE.replace("N30 G00 X-30.", "#101 = 15000. (ROUGH)\n N31 #102=9000\n#103=+1(DRESSES)\n#104=-.01\nN30 G00 X-30.")
     .replace("E15000.", "E#101")
@@ -32,7 +33,6 @@ ASSIGNED = (
     .replace("D1", "D#103")
     .replace("J-.01", "J #104")
 )
-"""The plate with four kinds of words read from variables."""
 
 
 def asked_for(text: str, folder: Path, vary: str | None = None, fix: tuple[int, ...] = ()) -> Variation:

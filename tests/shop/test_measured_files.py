@@ -23,13 +23,12 @@ from tests.shop.coverage import EXAMPLES
 
 SAMPLE = Path(grind_env.__file__).parent / "shop" / "start"
 MACHINE = load_catalogue().machine("default")
+#: seconds and W of the log that `grind init` writes
 TIMES, POWERS = zip(
     *(row.split(",") for row in (SAMPLE / "log.csv").read_text(encoding="utf-8").splitlines()[1:]), strict=True
 )
-"""Seconds and W of the log that `grind init` writes."""
 SECONDS, WATTS = np.array(TIMES, float), np.array(POWERS, float)
-LOW = [f"{watts - 700:.0f}" for watts in WATTS]
-"""Powers with only the peaks above 1000 W."""
+LOW = [f"{watts - 700:.0f}" for watts in WATTS]  #: powers with only the peaks above 1000 W
 NBSP, NARROW = "\u00a0", "\u202f"
 
 
@@ -106,6 +105,7 @@ def changed(text: str, **lines: str) -> str:
     return "\n".join(rows)
 
 
+#: logs of which every row is read
 RIGHT: dict[str, bytes | str] = {
     # from public bug reports about other tools
     "thousands quoted": text_of(",", HEAD, SHORT, (f'"{each}"' for each in grouped(",", LOADS))),
@@ -163,7 +163,7 @@ RIGHT: dict[str, bytes | str] = {
     ),
     "the newest row first": text_of(",", HEAD, SHORT[::-1], LOADS[::-1]),
 }
-"""Logs of which every row is read."""
+#: logs with faulty rows: text, number of rows missing from the result, remark
 LESS: dict[str, tuple[str, int, str]] = {
     "a last line of words": (
         PLAIN + "End of export,\n",
@@ -198,7 +198,6 @@ LESS: dict[str, tuple[str, int, str]] = {
         "'7,5' in row 50",
     ),
 }
-"""Logs with faulty rows: text, number of rows missing from the result, remark."""
 REFUSED: dict[str, tuple[str, str]] = {
     "decimal commas between commas": (
         text_of(",", HEAD, comma(SHORT), LOADS),

@@ -38,8 +38,7 @@ from tests.shop.programs import EXAMPLES, known_job, write
 PARTS = 4
 
 
-LONG = ("--budget", "1000s")
-"""Long enough that no search ends early on a busy machine."""
+LONG = ("--budget", "1000s")  #: long enough that no search ends early on a busy machine
 FRESH = tuple((77, 4242, k) for k in range(2048))
 SHOWN = {"seconds": "seconds", "Ra": "Ra", "rise": "rise", "size_error": "worst_error", "cost": "total_cost"}
 
@@ -238,9 +237,9 @@ def executed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return path
 
 
+#: numbers of executed blocks: before the clock starts, before the first trial, to judge the present program on two lots
+#: twice, and in one trial
 ONCE, LOOKED, JUDGED, TRIAL = 10, 10, 8, 8
-"""Numbers of executed blocks: before the clock starts, before the first trial, to judge the present program on two lots
-twice, and in one trial."""
 
 
 def test_the_search_of_a_program_without_a_script_ends_with_its_budget(

@@ -33,6 +33,7 @@ from tests.shop.programs import EXAMPLES, PLATE, varied
 
 pytestmark = pytest.mark.usefixtures("few_lots", "coarse_speeds")
 
+#: uncertainty after a calibration
 TABLE = """source = "written by hand"
 names = ["material.ploughing_pressure", "material.wear_flat_growth", "wheel.roughness", "machine.stiffness"]
 spread = [0.05, 0.1, 0.03, 0.05]
@@ -40,7 +41,6 @@ correlation = [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]
 residual = 0.03
 drift = 0.005
 """
-"""Uncertainty after a calibration."""
 LOTS = lots_of(5, LotUse.JUDGEMENT, 6)
 FEW = {"vary": ["E"], "parts": 2, "bounds": {"E": (9000, 11000)}, "budget": 60.0}
 

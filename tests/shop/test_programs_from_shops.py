@@ -138,6 +138,7 @@ CYCLES = {
     "step_grind": [("G82", 5 + 1 + 1, 1)] * 4 + [("G82", 3 + 1 + 4, 0)],  # J-.0025 is cut to .002 mm: three picks
     "three_steps": [("G83", 1 + 5 * 4, 1)] * 3 + [("G83", 1 + (2 + 1) * 7, 0)],
 }
+#: E and D words that are plain numbers, by line
 VARIED = {
     "column_machine": {9: "ED", 10: "E"},
     "die_shoe_inch": {12: "ED", 16: "ED"},
@@ -148,7 +149,6 @@ VARIED = {
     "step_grind": {19: "D"},
     "three_steps": {18: "ED", 24: "E"},
 }
-"""E and D words that are plain numbers, by line."""
 COMMENT = re.compile(rb" ?\([^()]*\)")
 
 

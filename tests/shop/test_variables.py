@@ -38,6 +38,7 @@ HEAD = "O7\nN10 G71 G94 G90 G19 S1910 M03\nN20 G00 Y2. Z-2.5 M08\nN30 G00 X-30.\
 TAIL = "N80 G80\nN90 G00 Y20. M09 M05\nN100 M30\n"
 ROUGH = "N50 G82 X230. I-30. Y-.17 J-.01 L0 F60. E15000. P9100 {}\n"
 FINISH = "N70 G82 Y-.2 J-.005 L4 F60. E9000.\n"
+#: program that dresses on every third part by its counter
 COUNTING = (
     HEAD
     + "#500=#500+1\n#110=0\nIF [#500 LT 3] GOTO 50\n#500=0\n#110=1\n"
@@ -46,7 +47,6 @@ COUNTING = (
     + TAIL
     + DRESS
 )
-"""Program that dresses on every third part by its counter."""
 EVERY = 3
 STEPS = (
     HEAD

@@ -19,8 +19,8 @@ from tests.soak.part import Part, attempted
 from tests.soak.turns import run
 
 MODULES = {"texts": "tests.control.fuzz_examine"}
+#: names of the parts, which are modules of this folder unless `MODULES` names another
 NAMES = ["programs", "texts", "files", "calls", "kills", "surroundings"]
-"""Names of the parts, which are modules of this folder unless `MODULES` names another."""
 INTERRUPTED = 130
 
 

@@ -24,10 +24,9 @@ NUMBERS: tuple[Any, ...] = (
     *(0, 1, -1, 0.5, 1e30, -1e308, 10**400, float("nan"), float("inf"), -0.0, 5e-324, 2**63, -(2**63), 1 + 1e-7),
     *(True, None, "0", b"0", "", "\x1b[31m", 1j, [], {}, (), object(), np.datetime64("nat"), np.float16("inf")),
 )
+#: numbers of environments; large ones are left out, because they only need memory
 SMALL = 0, -1, 1, 2.5, "2", None, True, [2], float("nan")
-"""Numbers of environments; large ones are left out, because they only need memory."""
-MADE = 0.3
-"""Share of cases that make an environment with odd arguments."""
+MADE = 0.3  #: share of cases that make an environment with odd arguments
 SEEDS: tuple[Any, ...] = (-1, 0.5, "one", True, 2**40, 10**30, [], [1], [1, -1], {}, np.array(3), np.array([1.5]), 7, 8)
 SPLITS: tuple[Any, ...] = ("all", "inner", "interpolation", "extrapolation", "exam", "", None, 3, ["all"])
 

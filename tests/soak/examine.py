@@ -35,22 +35,16 @@ from tests.soak.limits import TooSlowError, limited
 from tests.soak.part import fallen
 from tests.soak.writer import Case
 
-SLOW = 5.0
-"""Processor time that a program may take in each way of running it, s."""
+SLOW = 5.0  #: processor time that a program may take in each way of running it, s
 FINISH, ENDS_PART = (BlockRow._fields.index(name) for name in ("finish", "ends_part"))
-QUICK = 1e-3
-"""Processor time that a longer program may take for each motion and run, s."""
-SUM = 1e-9
-"""Relative tolerance of sums over a run, and of results that depend on such sums."""
+QUICK = 1e-3  #: processor time that a longer program may take for each motion and run, s
+SUM = 1e-9  #: relative tolerance of sums over a run, and of results that depend on such sums
 NAME = "campaign.nc"
-SHARED = " at once, which is not simulated"
-"""Part of the message about strokes that meet two stations."""
-UNCONDITIONED = " grinds more parts than the "
-"""Part of the error about a run with more parts than conditions."""
-SLOWED = 1.001
-"""Multiple of the torque at the power limit above which the spindle counts as slowed."""
+SHARED = " at once, which is not simulated"  #: part of the message about strokes that meet two stations
+UNCONDITIONED = " grinds more parts than the "  #: part of the error about a run with more parts than conditions
+SLOWED = 1.001  #: multiple of the torque at the power limit above which the spindle counts as slowed
+#: one in this many programs without a script is stepped by the control, which runs the program seven times
 STEPPED_BY_CONTROL = 4
-"""One in this many programs without a script is stepped by the control, which runs the program seven times."""
 
 
 @dataclass(frozen=True, slots=True)

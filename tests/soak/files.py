@@ -22,10 +22,10 @@ from tests.soak.part import Part, Tried, broken, fallen, refused
 from tests.soak.readers import NAME, READS, Read, call, copied, good_folder
 from tests.test_printable import CONTROLS
 
-ROOM = 1 << 30
-"""Growth of the process that a file may cause, bytes."""
+ROOM = 1 << 30  #: growth of the process that a file may cause, bytes
 TOKEN = "canary-5c19"
 RAN = "ran.txt"
+#: module that leaves a file behind if its code is run
 MODULE = f"""
 from pathlib import Path
 
@@ -35,15 +35,11 @@ def __getattr__(name):
     Path("{RAN}").write_text(name)
     raise AttributeError(name)
 """
-"""Module that leaves a file behind if its code is run."""
-STATUSES = (0, 1, 3, 4)
-"""Exit statuses of a command that has done its work."""
+STATUSES = (0, 1, 3, 4)  #: exit statuses of a command that has done its work
+#: files beside the valid files, which no command may read or write
 SECRETS = {"secret_txt": f"{TOKEN}\n", "secret_toml": f'[login]\npassword = "{TOKEN}"\n'}
-"""Files beside the valid files, which no command may read or write."""
-LAID = 0.08
-"""Share of cases with a pipe, folder, link or the like in place of a file."""
-WARM: set[Read] = set()
-"""Reads of a valid file in this process, after which all their code is compiled."""
+LAID = 0.08  #: share of cases with a pipe, folder, link or the like in place of a file
+WARM: set[Read] = set()  #: reads of a valid file in this process, after which all their code is compiled
 
 
 def prepare() -> None:

@@ -7,8 +7,7 @@ from grind_env.machine.job import Job, PartConditions, Station, Times, WheelStar
 from tests.machine.harness import CATALOGUE, DRESS, job
 
 HEAD = "G71 G94 G90 G19\nG00 Y20.\nG00 X-30. Z-2.5\nG01 Y0 F500.\n"
-CYCLE = "G82 X230. I-30. Y-.03 J-.01 L1 F600. E12000. P9100\n"
-"""Cycle that ends at the primary reversal point."""
+CYCLE = "G82 X230. I-30. Y-.03 J-.01 L1 F600. E12000. P9100\n"  #: cycle that ends at the primary reversal point
 TO_SECONDARY = CYCLE.replace("L1", "L2")
 DRESSED = CYCLE.replace("P9100", "P9100 D1")
 PICKED = CYCLE.replace("J-.01", "J-.05")

@@ -22,18 +22,14 @@ WORDS = (
 )
 NUMBER = re.compile(r"-?\d+\.?\d*(?:[eE][-+]?\d+)?|\.\d+")
 WORD = re.compile(r'"[^"\n]*"')
-MACHINE = re.compile(r"[a-z-]+:\d+")
-"""Pattern of the name of a plant."""
+MACHINE = re.compile(r"[a-z-]+:\d+")  #: pattern of the name of a plant
 SEEDS = (
     *("0", "4294967295", "4294967296", "-1", "1.5", "1e3", "0x7", "\u0663", "", " 7", "7\n"),
     *("9" * 5000, "0" * 5000 + "7"),
 )
-CANARY = "canary_5c19"
-"""Name of a module that leaves a trace when it is imported."""
-LONG = 1_000_000
-"""Size beyond which a file is not changed any further, bytes."""
-SPARSE = 70_000_000
-"""Size of a sparse file without content, bytes."""
+CANARY = "canary_5c19"  #: name of a module that leaves a trace when it is imported
+LONG = 1_000_000  #: size beyond which a file is not changed any further, bytes
+SPARSE = 70_000_000  #: size of a sparse file without content, bytes
 
 
 def mutated(data: bytes, rng: random.Random) -> bytes:

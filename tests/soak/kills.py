@@ -17,10 +17,10 @@ from pathlib import Path
 from tests.soak.part import Part, Tried, broken
 from tests.soak.readers import call, contents, copied, good_folder
 
+#: pattern of texts that differ from run to run: times and random names
 MOMENTS = re.compile(rb"\d{4}-\d\d-\d\d[T ]?\d\d:\d\d(:\d\d(\.\d+)?)?|D:\d{14}|[0-9a-f]{10,}")
-"""Pattern of texts that differ from run to run: times and random names."""
+#: options of a search that ends before its time is up, so that a repetition gives the same result
 SMALL = "--vary E --bounds E=8000..12000 --budget 60s"
-"""Options of a search that ends before its time is up, so that a repetition gives the same result."""
 COMMANDS = (
     "run part.nc --record out.csv",
     "run part.nc --record out.parquet --plot out.png",
@@ -36,14 +36,11 @@ COMMANDS = (
     "figure dress --dress-every 2 -o out.svg",
     "train oracle6 --plant model --steps 10000 --episodes 2 -o out.safetensors",
 )
-STATUSES = (0, 3)
-"""Exit statuses of success; 3: no better program was found, and none is written."""
-BLOCK = 8
-"""Number of successive cases with one command: each process first runs the command without a kill."""
+STATUSES = (0, 3)  #: exit statuses of success; 3: no better program was found, and none is written
+BLOCK = 8  #: number of successive cases with one command: each process first runs the command without a kill
 WRITING = os.O_WRONLY | os.O_RDWR
 CHANGES = {"os.rename", "os.remove", "os.mkdir", "os.rmdir", "os.link", "os.symlink", "os.truncate"}
-LITTER = ".grind-"
-"""Part of the names of temporary files, which a killed command may leave behind."""
+LITTER = ".grind-"  #: part of the names of temporary files, which a killed command may leave behind
 
 
 @dataclass(slots=True)

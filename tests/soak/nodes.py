@@ -26,11 +26,9 @@ from tests.patience import wait_until
 ROOT = Path(__file__).parents[2]
 WORK = ["benchmark", "--tasks", "oracle6", "--kinds=", "--policies", "constant,interval,handbook,random,hindsight"]
 TIMES = ("train_seconds", "decision_ms")
-STARTS = 10
-"""Attempts to start a node: on a busy machine, a node gives up if its agent takes 15 s to start."""
+STARTS = 10  #: attempts to start a node: on a busy machine, a node gives up if its agent takes 15 s to start
 STARTED = "Ray runtime started"
-ENDED = 2
-"""Trials that end before the node is killed."""
+ENDED = 2  #: trials that end before the node is killed
 
 
 def with_token(folder):

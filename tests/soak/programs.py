@@ -12,8 +12,7 @@ from tests.soak.examine import examine
 from tests.soak.part import Part, Tried
 from tests.soak.writer import case
 
-WARM = 60
-"""Number of programs after which all code is compiled."""
+WARM = 60  #: number of programs after which all code is compiled
 
 
 def warm_up() -> None:

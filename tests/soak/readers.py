@@ -38,8 +38,7 @@ SETTINGS = (
 MAP = '[log]\ntime = "time"\npower = 2\npower_unit = "W"\nscale = 1.05\n[gauge]\nsize = "size"\nsize_unit = "um"\n'
 TASK = 'base = "power_limited"\nblocks = 4\n[setup]\nwheel = "a60j"\n[catalogue]\nfiles = ["shop.toml"]\n'
 PLANT = "meter:7"
-NAME = "plant.txt"
-"""File whose content replaces its name in a command line."""
+NAME = "plant.txt"  #: file whose content replaces its name in a command line
 PARTS = "\n[[parts]]\nstock = 0.11\n[parts.factors]\nkA = 1.1\n"
 LEFT_OUT = re.compile(r"^#(\w+ = .)", re.MULTILINE)
 """Pattern of a commented-out key in the job file of `grind init`."""
@@ -70,6 +69,7 @@ ON_PLANTS = (
     "evaluate --program part.nc --policy E12000D1 --episodes 2",
     "play --policy handbook --no-window --output out.nc",
 )
+#: all commands and functions that read a file; the functions are listed in `tests.test_files`
 READS = (
     Read("part.nc", "check part.nc", weight=3.0),
     Read("part.nc", "check part.nc --job part.toml --json", weight=2.0),
@@ -138,7 +138,6 @@ READS = (
         for name, read in READERS.items()
     ),
 )
-"""All commands and functions that read a file; the functions are listed in `tests.test_files`."""
 
 
 def _tuned(folder: Path) -> object:

@@ -32,13 +32,11 @@ COMMANDS = (
     *("run missing.nc", "check missing.nc", "sweep part.nc --parts 2 --E 8000..9000 --dress-every 1..2 -o out.nc"),
 )
 STATUSES = {0, 1, 2, 3, 130, 141}
-LATEST = 3.0
-"""Latest time of an interrupt, s."""
-PATIENCE = 240.0
-"""Duration after which a command counts as a hang, s."""
+LATEST = 3.0  #: latest time of an interrupt, s
+PATIENCE = 240.0  #: duration after which a command counts as a hang, s
 WRONG = "Traceback (most", "Exception ignored", "Error in sys.", "Fatal Python", "object address", "Warning:"
+#: CAP_DAC_OVERRIDE, which lets root write read-only files, and PR_CAPBSET_DROP, which drops it
 CAPABILITY, DROP = 1, 24
-"""CAP_DAC_OVERRIDE, which lets root write read-only files, and PR_CAPBSET_DROP, which drops it."""
 
 
 @dataclass(slots=True)
@@ -76,8 +74,7 @@ def may_not_write() -> None:
 
 FULL = "a full disk"
 ASCII = {"LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0", "LANG": None}
-NOWHERE = "/dev/null/at/all"
-"""Path that nobody can create, not even root."""
+NOWHERE = "/dev/null/at/all"  #: path that nobody can create, not even root
 
 
 def _drawn(rng: random.Random, folder: Path, installed: Path) -> Surroundings:

@@ -19,8 +19,7 @@ from tests.soak.found import FOUND, PLAIN
 from tests.soak.writer import Case, case
 
 PROGRAMS, FEW = 150, 30
-PATIENT = 300.0
-"""Processor time for one way of running a program, with compilation, s."""
+PATIENT = 300.0  #: processor time for one way of running a program, with compilation, s
 WORDS = """M00 M01 M98 G04 G65 G81 G82 G83 G8[123][.]1 G17 G18 G19 G76 G77 G70 G91 G52 G5[4-9] WHILE GOTO Q L[1-9]"""
 EVENTS = {"spindle slows", "stall", "air", "dresses", "several parts", "several stations ground"}
 

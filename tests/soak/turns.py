@@ -16,18 +16,13 @@ from pathlib import Path
 from tests.soak.log import Log
 from tests.soak.part import Part, attempted, broken, memory
 
-ROUND = 600.0
-"""Longest duration of a round, in which every part has one turn, s."""
-START = 600.0
-"""Duration after which the preparation of a process counts as a hang, s."""
-LOGGED = 20_000
-"""Number of characters of a process's output that are logged."""
-PREPARED = -1
-"""Seed in the log if a process dies before its first case."""
-DIES_WITH_PARENT = 1
-"""PR_SET_PDEATHSIG."""
+ROUND = 600.0  #: longest duration of a round, in which every part has one turn, s
+START = 600.0  #: duration after which the preparation of a process counts as a hang, s
+LOGGED = 20_000  #: number of characters of a process's output that are logged
+PREPARED = -1  #: seed in the log if a process dies before its first case
+DIES_WITH_PARENT = 1  #: PR_SET_PDEATHSIG
+#: start method: the first process imports the package once for all; it calls no compiled code itself
 FORK = multiprocessing.get_context("fork")
-"""Start method: the first process imports the package once for all; it calls no compiled code itself."""
 
 
 class Turn:

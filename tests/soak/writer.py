@@ -9,8 +9,7 @@ from grind_env.machine.job import Diamond, Job, Part, PartConditions, Setup, Sta
 from grind_env.process.catalogue import load_catalogue
 from tests.soak.blocks import DRESSER, INCH, BlockWriter
 
-PLANES = {"G19": "XYZ", "G17": "ZXY", "G18": "YZX"}
-"""Letters of the table, plunge and crossover axes."""
+PLANES = {"G19": "XYZ", "G17": "ZXY", "G18": "YZX"}  #: letters of the table, plunge and crossover axes
 SUBPROGRAM, MACRO, CALLED = 700, 800, 9190
 
 

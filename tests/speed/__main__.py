@@ -8,8 +8,7 @@ from tests import speed_envs
 from tests.speed import kernel, ratios, starts
 from tests.speed.c_reference import compiler
 
-WIDTH = 120
-"""Least width of the printed tables, so that a log has one line per measure."""
+WIDTH = 120  #: least width of the printed tables, so that a log has one line per measure
 
 
 def main(*arguments: str) -> int:

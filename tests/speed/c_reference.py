@@ -20,15 +20,13 @@ from grind_env.process.stroke_types import StrokeConstants
 from tests.batches import CYCLE, PARAMETERS, PART, TALLY, WHEEL
 
 SOURCE = Path(__file__).with_name("stroke.c")
-LANES = (8, 16)
-"""Machines side by side: as many as in the kernel, and twice as many."""
+LANES = (8, 16)  #: machines side by side: as many as in the kernel, and twice as many
 STRICT = ("-O3", "-march=native", "-ffp-contract=off")
+#: makes gcc use 512-bit vector registers
 WIDEST = ("-mprefer-vector-width=512",) if platform.machine() in ("x86_64", "AMD64") else ()
-"""Makes gcc use 512-bit vector registers."""
-PARALLEL = ("-fschedule-insns", "-fsched-pressure")
-"""Schedules instructions as the kernel does: 10 % faster."""
-NO_SIDE_EFFECTS = ("-fno-math-errno", "-fno-trapping-math")
-"""Lets gcc vectorize square roots."""
+PARALLEL = ("-fschedule-insns", "-fsched-pressure")  #: schedules instructions as the kernel does: 10 % faster
+NO_SIDE_EFFECTS = ("-fno-math-errno", "-fno-trapping-math")  #: lets gcc vectorize square roots
+#: fields of the C structures, one for each table of the kernel and for the constants and progress of a lane
 RECORDS = {
     "Cycle": CYCLE.names,
     "Parameters": PARAMETERS.names,
@@ -38,10 +36,9 @@ RECORDS = {
     "Progress": PlungeProgress._fields,
     "Tally": TALLY.names,
 }
-"""Fields of the C structures, one for each table of the kernel and for the constants and progress of a lane."""
 
+#: function that grinds; its arguments are the tables of cycles, parameters, wheels, parts and tallies
 Loop = Callable[..., None]
-"""Function that grinds; its arguments are the tables of cycles, parameters, wheels, parts and tallies."""
 
 
 def compiler() -> str | None:

@@ -28,13 +28,10 @@ from tests.speed.c_reference import LANES, Loop, compiled, compiler
 from tests.speed.turns import Ratios, in_turns, over
 from tests.speed_envs import seconds
 
-TURN = 2048
-"""Number of machines in one measurement, about."""
-SECONDS = 8.0
-"""Duration of all measurements of the loops together, about, s."""
+TURN = 2048  #: number of machines in one measurement, about
+SECONDS = 8.0  #: duration of all measurements of the loops together, about, s
 
-FEW_ZONES, MANY_ZONES, CROSSOVER = 8, 64, 20.0
-"""Numbers of zones of a part, and length of the crossover, mm."""
+FEW_ZONES, MANY_ZONES, CROSSOVER = 8, 64, 20.0  #: numbers of zones of a part, and length of the crossover, mm
 
 
 def machines_of(task: Task, machines: int) -> tuple[np.ndarray, ...]:

@@ -9,18 +9,13 @@ import grind_env
 from tests.speed.turns import Ratios, in_turns, over
 from tests.speed_envs import over_kernel, seconds, single_step
 
-N, MANY = 256, 1024
-"""Numbers of environments in a vector: for the comparison with CartPole, and with the kernel."""
-SECONDS = 5.0
-"""Duration of all measurements of vector environments together, about, s."""
-STEPS = 50
-"""Steps of a round; a step that starts new episodes costs more."""
+N, MANY = 256, 1024  #: numbers of environments in a vector: for the comparison with CartPole, and with the kernel
+SECONDS = 5.0  #: duration of all measurements of vector environments together, about, s
+STEPS = 50  #: steps of a round; a step that starts new episodes costs more
 
 OURS = "grind/PowerLimited-v0"
-CARTPOLE = "CartPole-v1"
-"""Gymnasium's own vector environment, written in numpy."""
-TIMES = 3
-"""Repetitions of the comparison of a step with an empty step."""
+CARTPOLE = "CartPole-v1"  #: gymnasium's own vector environment, written in numpy
+TIMES = 3  #: repetitions of the comparison of a step with an empty step
 
 
 class Native:

@@ -9,8 +9,7 @@ import numpy as np
 from grind_env.array_types import Array
 from tests.speed_envs import rounds
 
-Ratios: TypeAlias = dict[str, Array]
-"""Ratios by name, one value per round."""
+Ratios: TypeAlias = dict[str, Array]  #: ratios by name, one value per round
 
 
 def in_turns(sides: Mapping[str, Callable[[], float]], seconds: float) -> dict[str, Array]:

@@ -25,20 +25,21 @@ from grind_env.validation.fitted_slopes import exponent, exponents, largest_step
 from grind_env.validation.rig import NO_GROWTH, Grinder, RigError
 from grind_env.validation.unused_fields import idle_fields
 
+#: rows whose value is a count, a limit or a result of a job, and does not depend on the catalogue
 COUNTS = (
     *("catalogue gaps", "idle fields", "cut below the threshold"),
     *("no stall", "stall", "stall is told", "stall is scrap"),
     "roughness scatter",
 )
-"""Rows whose value is a count, a limit or a result of a job, and does not depend on the catalogue."""
+#: rows whose value follows from geometry or the form of a relation, not from constants of the catalogue
 SHAPES = (
     *("dress width", "dress overlap", "flats on depth", "flats on lead", "flats at equal overlap"),
     *("flats of a coarse dress", "flats by depth", "flats by lead", "temperature factor of a fast table"),
     *("rubbing force", "power within the limit", "energy linear in flats"),
     *("texture after the lightest stroke", "temperature factor of a usual table"),
 )
-"""Rows whose value follows from geometry or the form of a relation, not from constants of the catalogue."""
 
+#: permitted evidence of rows based on files of recalled or derived numbers, by name of the file
 MEMORIES = {
     "expected_magnitudes": {Evidence.REMEMBERED},
     "specific_energy_ranges": {Evidence.REMEMBERED},
@@ -48,7 +49,6 @@ MEMORIES = {
     "thermal_partition": {Evidence.REMEMBERED, Evidence.OWN},
     "dressing_overlap": {Evidence.DRAWN},
 }
-"""Permitted evidence of rows based on files of recalled or derived numbers, by name of the file."""
 
 
 @pytest.fixture(scope="module")

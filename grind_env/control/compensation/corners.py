@@ -24,8 +24,8 @@ from grind_env.control.compensation.geometry import (
 )
 from grind_env.control.compensation.intersections import Circle, Curve, StraightLine, crossings
 
+#: rad; a smaller turn counts as none: the perpendicular point then errs by less than 1e-6 of the radius
 TANGENTIAL = 1e-6
-"""rad; a smaller turn counts as none: the perpendicular point then errs by less than 1e-6 of the radius."""
 
 
 class CompensationFault(ValueError):

@@ -9,14 +9,12 @@ from dataclasses import dataclass
 from itertools import pairwise
 from typing import TypeAlias
 
-Point: TypeAlias = tuple[float, float]
-"""A point, or a vector, of the plane."""
+Point: TypeAlias = tuple[float, float]  #: a point, or a vector, of the plane
 
+#: mm; points closer than this are equal. Words carry 1e-3 mm, rounding errors are some 1e-13 mm
 NEGLIGIBLE_LENGTH = 1e-9
-"""mm; points closer than this are equal. Words carry 1e-3 mm, rounding errors are some 1e-13 mm."""
 
-NEGLIGIBLE_ANGLE = 1e-9
-"""rad; an arc that ends where it starts within this angle is a full circle."""
+NEGLIGIBLE_ANGLE = 1e-9  #: rad; an arc that ends where it starts within this angle is a full circle
 
 
 def moved(point: Point, direction: Point, distance: float) -> Point:

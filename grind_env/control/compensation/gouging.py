@@ -25,12 +25,10 @@ from grind_env.control.compensation.geometry import (
 from grind_env.control.compensation.intersections import Circle, Curve, StraightLine, crossings
 from grind_env.control.errors import Place
 
-COMPARED = 200
-"""Number of last elements with which each new one is compared."""
+COMPARED = 200  #: number of last elements with which each new one is compared
+#: mm; a crossing so close to the end of a new element does not count: the element may end beside the old path
 END_TOLERANCE = 1e-6
-"""mm; a crossing so close to the end of a new element does not count: the element may end beside the old path."""
-PARALLEL = 1e-6
-"""Sine of the angle below which two paths touch and do not cross."""
+PARALLEL = 1e-6  #: sine of the angle below which two paths touch and do not cross
 
 
 class Passed(NamedTuple):

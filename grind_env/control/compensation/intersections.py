@@ -6,8 +6,7 @@ from typing import TypeAlias
 
 from grind_env.control.compensation.geometry import NEGLIGIBLE_LENGTH, Point, between, cross, dot, left, moved, unit
 
-NEGLIGIBLE_SINE = 1e-9
-"""Lines whose directions have a smaller vector product are parallel."""
+NEGLIGIBLE_SINE = 1e-9  #: lines whose directions have a smaller vector product are parallel
 
 
 @dataclass(frozen=True, slots=True)

@@ -45,12 +45,12 @@ def _of(module: Any, **more: Any) -> Rules:
     return Rules(**{name: getattr(module, name) for name in Rules._fields if name not in Rules._field_defaults}, **more)
 
 
+#: rules of every cycle, by its code without .1
 RULES: Mapping[str, Rules] = {
     "G81": _of(reciprocate, plunges=False),
     "G82": _of(plunge),
     "G83": _of(traverse, cross=traverse.cross),
 }
-"""Rules of every cycle, by its code without .1."""
 
 
 def list_codes(conjunction: str) -> str:

@@ -13,21 +13,18 @@ from grind_env.envs.tasks import CROSS_FEED, DRESS_CLEARANCE, PICK_FEED, Kind, T
 from grind_env.process.stroke_types import WheelState
 
 DRESS_PROGRAM = 9100
-CLEAR = 20.0
-"""Height at which the wheel crosses the part, mm: the height in the dress program, above the clamps."""
+CLEAR = 20.0  #: height at which the wheel crosses the part, mm: the height in the dress program, above the clamps
+#: characters that are left out of a comment: parentheses, which end it, and characters that a control may lack
 NO_COMMENT = re.compile(r"[^A-Z0-9 ,.:/+-]")
-"""Characters that are left out of a comment: parentheses, which end it, and characters that a control may lack."""
 LONGEST_COMMENT = 80
-NEAR = 1.0
-"""Height below which the wheel comes down beside the part with a feed, mm."""
+NEAR = 1.0  #: height below which the wheel comes down beside the part with a feed, mm
 
 
-REQUEST = "OPERATOR ASKS FOR A DRESS"
-"""Comment on the dwell in which the operator's request is served."""
+REQUEST = "OPERATOR ASKS FOR A DRESS"  #: comment on the dwell in which the operator's request is served
 
 
+#: placeholder for the wheel of a block of which only the text is needed
 NO_WHEEL = WheelState(*[0.0] * len(WheelState._fields))
-"""Placeholder for the wheel of a block of which only the text is needed."""
 
 
 class CycleBlock(NamedTuple):

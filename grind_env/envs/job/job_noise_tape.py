@@ -20,26 +20,23 @@ from grind_env.envs.noise_tape import DrawnKind, Sigmas, TapeRow
 from grind_env.envs.reset_options import CONTEXT_FACTORS, Given
 from grind_env.machine.job import JobError, Lots, PartConditions
 
+#: logarithmic standard deviation of each factor that an episode draws once, by stroke parameter
 WHEEL_SPREAD = {"kA": 0.20, "ra_scale": 0.07, "fc": 0.10, "Gref": 0.15, "hf": 0.15}
-"""Logarithmic standard deviation of each factor that an episode draws once, by stroke parameter."""
 
+#: names of these factors in a context, by stroke parameter
 WHEEL_FACTORS = {name: "wheel_kA" if name == "kA" else name for name in WHEEL_SPREAD}
-"""Names of these factors in a context, by stroke parameter."""
 
-LOT_FACTORS = ("kA", "pm")
-"""Factors that every lot of material draws, by stroke parameter."""
+LOT_FACTORS = ("kA", "pm")  #: factors that every lot of material draws, by stroke parameter
 
 STOCK, NEW_LOT = TapeRow._fields.index("stock"), TapeRow._fields.index("new_lot")
 FACTOR_COLUMNS = [TapeRow._fields.index(name) for name in FACTORS]
-OF_NEW_WHEEL = ("kA", "ra_scale")
-"""Factors that differ between the first wheel and a new wheel."""
+OF_NEW_WHEEL = ("kA", "ra_scale")  #: factors that differ between the first wheel and a new wheel
+#: columns of the tape in which parts with stated conditions differ
 STATED = [
     TapeRow._fields.index(name) for name in ("stock", "gauged", *FACTORS, *(f"spare_{name}" for name in OF_NEW_WHEEL))
 ]
-"""Columns of the tape in which parts with stated conditions differ."""
 
-LEAST_STOCK = 0.4
-"""Smallest ratio of stock to nominal stock."""
+LEAST_STOCK = 0.4  #: smallest ratio of stock to nominal stock
 
 
 def unfixable_factors(spread: float) -> dict[str, str]:

@@ -15,11 +15,9 @@ from grind_env.files import beside
 from grind_env.machine.job import JobError
 from grind_env.machine.job.job_file import load_job
 
-MOST_SPREAD = 2.0
-"""Highest factor on all that is random."""
+MOST_SPREAD = 2.0  #: highest factor on all that is random
 
-EXAMPLE = examples.path("plate_g82.nc")
-"""Default program of the environment."""
+EXAMPLE = examples.path("plate_g82.nc")  #: default program of the environment
 
 
 def load_simulation(

@@ -17,11 +17,9 @@ from grind_env.machine.script.script import Script
 from grind_env.machine.script.script_tables import BlockRow, ScriptTables
 from grind_env.process.cost import Limits
 
-INCH = 25.4
-"""Length of an inch, mm."""
+INCH = 25.4  #: length of an inch, mm
 
-MOST_BLOCKS = 2000
-"""Most cycle blocks of an episode, feed moves that are strokes included."""
+MOST_BLOCKS = 2000  #: most cycle blocks of an episode, feed moves that are strokes included
 
 
 class JobChoice(NamedTuple):

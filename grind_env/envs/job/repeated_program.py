@@ -20,14 +20,12 @@ from grind_env.control.word_rewriting import with_words
 from grind_env.envs.job.program_outline import INCH, JobProgramError
 from grind_env.envs.program_episode import Words
 
+#: blocks between two parts: they load the next part and set the modes in which a program begins (10-23)
 LOAD = ("G80", "M00", "G92.1", "G00 G18 G07 G71 G90 G94 G97 G40 G54")
-"""Blocks between two parts: they load the next part and set the modes in which a program begins (10-23)."""
 
-MOST_PARTS = 1000
-"""Largest number of parts for which a program can be run."""
+MOST_PARTS = 1000  #: largest number of parts for which a program can be run
 
-MOST_LABELS = 100_000
-"""Number of possible N numbers, 0 included."""
+MOST_LABELS = 100_000  #: number of possible N numbers, 0 included
 
 _COMMENT = r"\([^()]*\)"
 _COMMENTS = re.compile(_COMMENT)
@@ -83,8 +81,8 @@ class Batch(NamedTuple):
         return block if source is None else read_block(source)
 
 
+#: text of a block of a batch, and its block in the original program; None for an added block
 Written: TypeAlias = tuple[str, SourceText | None]
-"""Text of a block of a batch, and its block in the original program; None for an added block."""
 
 
 def repeated(programs: Programs, parts: int, variables: Mapping[int, float] = {}) -> Programs:

@@ -37,13 +37,11 @@ from grind_env.process.stroke_types import StrokeParameters
 from grind_env.process.toml_tables import check, refuse_unknown, wrong
 from grind_env.process.user_catalogue import entry_of
 
-DRESS_CLEARANCE = 10.0
-"""Travel of a dress traverse beyond the wheel width, both sides together, mm."""
-PICK_FEED, CROSS_FEED = 60.0, 1500.0
-"""Feed of the picks of a G82, and of all picks of a G83, mm/min."""
+DRESS_CLEARANCE = 10.0  #: travel of a dress traverse beyond the wheel width, both sides together, mm
+PICK_FEED, CROSS_FEED = 60.0, 1500.0  #: feed of the picks of a G82, and of all picks of a G83, mm/min
 
+#: most strokes of a block, and of a traverse; more strokes mean a mistake in a pick or an infeed
 MOST_STROKES, MOST_ACROSS = 100_000, 200
-"""Most strokes of a block, and of a traverse; more strokes mean a mistake in a pick or an infeed."""
 
 
 @dataclass(frozen=True, kw_only=True)  # no slots, because derived values are cached

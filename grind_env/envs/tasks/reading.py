@@ -38,9 +38,9 @@ from grind_env.process.toml_tables import TomlTable, checked, keys, refuse_missi
 from grind_env.process.user_catalogue import files_of
 from grind_env.toml import TomlError, read_toml
 
-SUFFIX = ".toml"
-"""Suffix that tells the file of a task from a name."""
+SUFFIX = ".toml"  #: suffix that tells the file of a task from a name
 
+#: tables of a task file by heading; orders, due dates and wheel changes exist only if the file has their tables
 TABLES: Mapping[str, type[Any]] = MappingProxyType(
     {
         "action": tables.ActionRange,
@@ -53,20 +53,17 @@ TABLES: Mapping[str, type[Any]] = MappingProxyType(
         "start": tables.Start,
     }
 )
-"""Tables of a task file by heading; orders, due dates and wheel changes exist only if the file has their tables."""
 
-OWN = ("title", "reference_cost")
-"""Keys that are never taken from a base."""
+OWN = ("title", "reference_cost")  #: keys that are never taken from a base
+#: pairs of keys that exclude each other; a file that gives one key drops the other key of its base
 ALTERNATIVES = (("sequence", "orders"), ("speed_range", "speed_levels"))
-"""Pairs of keys that exclude each other; a file that gives one key drops the other key of its base."""
 
+#: keys of a task file above its tables
 PLAIN = tuple(key for key in keys(Task) if key not in ("name", "kinds", "catalogue", "file", *TABLES))
-"""Keys of a task file above its tables."""
-LEGAL = ("base", *PLAIN, *TABLES, "kind", "catalogue", *KINDS)
-"""All keys and headings of a task file."""
+LEGAL = ("base", *PLAIN, *TABLES, "kind", "catalogue", *KINDS)  #: all keys and headings of a task file
 
-USUAL_ROUNDS = 30
-"""Number of repetitions of the sequence in a task without the key `blocks`."""
+USUAL_ROUNDS = 30  #: number of repetitions of the sequence in a task without the key `blocks`
+#: values of keys of `PLAIN` without a fixed default, if a file leaves them out
 DERIVED = {
     "title": "its name",
     "blocks": f"{USUAL_ROUNDS} times the sequence",
@@ -74,7 +71,6 @@ DERIVED = {
     "sequence": "all kinds in turn",
     "plant": "the model",
 }
-"""Values of keys of `PLAIN` without a fixed default, if a file leaves them out."""
 
 
 def load_task(source: str) -> Task:

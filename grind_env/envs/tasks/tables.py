@@ -12,12 +12,11 @@ from grind_env.process.catalogue import USUAL
 from grind_env.process.entries import Quantity
 from grind_env.process.toml_tables import TableError, check, wrong
 
+#: legal range of E, up to the limit of the control; the process model holds from 3000 to 40,000 mm/min
 SPEED = Quantity("E", "mm/min", 1000, 60_000)
-"""Legal range of E, up to the limit of the control; the process model holds from 3000 to 40,000 mm/min."""
+#: most characters in the name of a kind, which appears in messages and in names of observation entries
 LONGEST_NAME = 40
-"""Most characters in the name of a kind, which appears in messages and in names of observation entries."""
-USUAL_SPEEDS = (3000.0, 30_000.0)
-"""Range of E for a task that gives none, mm/min."""
+USUAL_SPEEDS = (3000.0, 30_000.0)  #: range of E for a task that gives none, mm/min
 
 
 class TaskError(TableError):

@@ -22,17 +22,13 @@ from grind_env.machine.dress.wheel_geometry import over_diamond
 from grind_env.machine.job import Job
 from grind_env.message_text import listed
 
-DEEPEST_INFEED = 0.1
-"""Deepest infeed of a pass, mm; a longer move is an approach (0.005 to 0.04 mm is usual)."""
+DEEPEST_INFEED = 0.1  #: deepest infeed of a pass, mm; a longer move is an approach (0.005 to 0.04 mm is usual)
 
-ENDS = frozenset({("M", 2), ("M", 30), ("M", 99)})
-"""Words that end a program."""
+ENDS = frozenset({("M", 2), ("M", 30), ("M", 99)})  #: words that end a program
 
-USUAL_INFEED = 0.02
-"""Infeed of a dresser that advances by itself if the job gives none, mm."""
+USUAL_INFEED = 0.02  #: infeed of a dresser that advances by itself if the job gives none, mm
 
-STEP = 1e-6
-"""Least difference of positions, mm; axes stand on multiples of 1000 times this, so that less is rounding."""
+STEP = 1e-6  #: least difference of positions, mm; axes stand on multiples of 1000 times this, so that less is rounding
 
 
 class DressProgramError(GrindError):
@@ -52,8 +48,7 @@ class DressPlan(NamedTuple):
         return f"{passes} of {self.depth:g} mm at {60.0 * self.feed:g} mm/min"
 
 
-NO_DRESS = DressPlan(passes=0, feed=0.0, depth=0.0, seconds=0.0)
-"""Dress of a cycle without one."""
+NO_DRESS = DressPlan(passes=0, feed=0.0, depth=0.0, seconds=0.0)  #: dress of a cycle without one
 
 
 class DressRun(NamedTuple):

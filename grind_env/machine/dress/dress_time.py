@@ -24,9 +24,9 @@ from grind_env.machine.axis_roles import cross_axis, plunge_axis
 from grind_env.machine.dress.dress_run import STEP, DressRun
 from grind_env.machine.loops.compiled_motion import motion_time
 
+#: points of N executions from start to end, mm, each of shape (N, 3), and speeds between them, mm/s, each of shape
+#: (N,); 0 along an arc
 Legs: TypeAlias = tuple[list[Table], list[Table]]
-"""Points of N executions from start to end, mm, each of shape (N, 3), and speeds between them, mm/s,
-each of shape (N,); 0 along an arc."""
 
 
 def dress_seconds(run: DressRun, control: Control, passes: Table, feed: Table, depth: Table) -> Table:

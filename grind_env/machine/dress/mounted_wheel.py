@@ -18,8 +18,7 @@ from grind_env.process.process_interface import Drive, Moment, Process
 from grind_env.process.stroke_and_dress import dressed_wheel
 from grind_env.process.stroke_types import StrokeParameters, WheelState
 
-USUAL_LEAD, USUAL_DEPTH = 0.10, 0.020
-"""Lead and depth of the dress before a program without dresses, mm."""
+USUAL_LEAD, USUAL_DEPTH = 0.10, 0.020  #: lead and depth of the dress before a program without dresses, mm
 
 
 class Mount:

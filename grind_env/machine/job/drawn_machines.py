@@ -14,6 +14,12 @@ from grind_env.machine.job.uncertainty import Uncertainty
 from grind_env.process.catalogue import KINDS, UNCERTAINTY
 from grind_env.process.entries import CatalogueError, Quantity, quantities
 
+#: logarithmic standard deviations of the catalogue's numbers: the uncertainty of their sources
+#: (`catalogue_data/*.toml`, 80 K of tempering; convection by a factor 1.5 to 2), and the differences of machines and
+#: wheels of one name. Few rows of the validation test the effect of a dress and the early wear, so these spreads are
+#: wide. The film of emulsion boils within 15 K of 130 degC. A flood cools by 1,000 to 6,000 W/(m2 K) and a chuck by
+#: 1,000 to 3,000 (`catalogue_data`): nearly all of both is within 1.6 standard deviations. The height of a part has no
+#: spread, because a job whose size is judged states it
 USUAL_SPREADS: Mapping[str, float] = {
     "material.chip_energy": 0.15,
     "material.ploughing_pressure": math.log(1.5),
@@ -36,15 +42,9 @@ USUAL_SPREADS: Mapping[str, float] = {
     "machine.stiffness": 0.4,
     "machine.chuck_conductance": math.log(1.5),
 }
-"""Logarithmic standard deviations of the catalogue's numbers: the uncertainty of their sources
-(`catalogue_data/*.toml`, 80 K of tempering; convection by a factor 1.5 to 2), and the differences of machines
-and wheels of one name. Few rows of the validation test the effect of a dress and the early wear, so these spreads are
-wide. The film of emulsion boils within 15 K of 130 degC. A flood cools by 1,000 to 6,000 W/(m2 K) and a chuck by 1,000
-to 3,000 (`catalogue_data`): nearly all of both is within 1.6 standard deviations. The height of a part has no spread,
-because a job whose size is judged states it."""
+#: residual and drift of the forces, which the catalogue does not explain. Models of grinding forces are within 10 to 20
+#: %, of which the numbers explain a part. The drift is an estimate: some 7 % in 50 parts
 USUAL_RESIDUAL, USUAL_DRIFT = 0.1, 0.01
-"""Residual and drift of the forces, which the catalogue does not explain. Models of grinding forces are within 10 to
-20 %, of which the numbers explain a part. The drift is an estimate: some 7 % in 50 parts."""
 
 
 def usual_uncertainty(job: Job) -> Uncertainty:

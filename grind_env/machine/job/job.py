@@ -22,8 +22,8 @@ from grind_env.process.toml_tables import wrong
 if TYPE_CHECKING:
     from grind_env.plants import Plant
 
+#: message about parts of other kinds in a job with stations
 PART_AT_STATION = "parts.part says what parts are that lie at stations; say there what differs, and leave it out"
-"""Message about parts of other kinds in a job with stations."""
 
 
 @dataclass(frozen=True, kw_only=True)  # no slots, because cached properties need a `__dict__`

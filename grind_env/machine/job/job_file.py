@@ -36,8 +36,7 @@ if TYPE_CHECKING:
 
 KEYS = "plant", "part", "setup", "times", "wheel", "lots", "diamond", "catalogue", "parts", "stations"
 PLAIN: Mapping[str, Any] = {"times": Times, "wheel": WheelStart, "lots": Lots, "diamond": Diamond}
-VALUES = tuple(contents(Setup))
-"""Keys of `[setup]` that are no entries of the catalogue."""
+VALUES = tuple(contents(Setup))  #: keys of `[setup]` that are no entries of the catalogue
 WRITE_ONE = "write one: `grind job --template` prints a job, and `grind init FOLDER` makes a program with its job"
 FACTORS = Content(Mapping, float, quantity=Quantity("", "", 1e-9, 1e9))
 

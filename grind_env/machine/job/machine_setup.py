@@ -7,8 +7,8 @@ from grind_env.machine.job.errors import JobError
 from grind_env.process.entries import Dresser, Fluid, Machine, Quantity, Wheel
 from grind_env.process.toml_tables import check
 
+#: by program: its words act. Always on: the operator does the work, and the words have no effect
 ByHand: TypeAlias = Literal["by program", "always on"]
-"""By program: its words act. Always on: the operator does the work, and the words have no effect."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -11,10 +11,8 @@ from grind_env.process.catalogue import KINDS, UNCERTAINTY
 from grind_env.process.entries import CatalogueError, Quantity, quantities
 from grind_env.process.toml_tables import TomlTable
 
-MOST = 3.0
-"""Highest legal spread; a higher value is a mistake."""
-JITTER = 1e-9
-"""Least number added to the diagonal of a correlation, which may be singular."""
+MOST = 3.0  #: highest legal spread; a higher value is a mistake
+JITTER = 1e-9  #: least number added to the diagonal of a correlation, which may be singular
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -116,5 +114,5 @@ def _wrong(key: str, message: str) -> CatalogueError:
     return CatalogueError(f"{UNCERTAINTY}.{key}: {message}")
 
 
+#: uncertainty of a known machine
 CERTAIN = Uncertainty(names=(), spread=(), correlation=(), source="the machine itself")
-"""Uncertainty of a known machine."""

@@ -79,8 +79,8 @@ def _as_it_is(cycle: Any, progress: Any, motions: Any) -> tuple[Any, float]:
     return progress, 0.0
 
 
+#: kernels of the cycles that plunge, by code
 CYCLE_KERNELS: Mapping[str, CycleKernel] = {
     "G82": course_of(RULES["G82"], PlungeCycle, PlungeProgress),
     "G83": course_of(RULES["G83"], TraverseCycle, TraverseProgress),
 }
-"""Kernels of the cycles that plunge, by code."""

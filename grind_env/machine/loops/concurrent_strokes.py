@@ -15,11 +15,10 @@ from grind_env.machine.loops.compiled_cycles import CycleKernel
 from grind_env.machine.loops.compiled_motion import travelled
 from grind_env.machine.loops.cycle import Stroking
 
+#: codes of what follows a motion: the next motion of its leg, a dress and the next leg, or the end
 GOES_ON, DRESSES, ENDS = 0.0, 1.0, 2.0
-"""Codes of what follows a motion: the next motion of its leg, a dress and the next leg, or the end."""
 
-FULL = 0.9
-"""Least ratio of a full plunge to the deepest plunge beside motions; in the other cycles picks decide."""
+FULL = 0.9  #: least ratio of a full plunge to the deepest plunge beside motions; in the other cycles picks decide
 
 
 class Feeding(NamedTuple):

@@ -18,17 +18,14 @@ from grind_env.machine.loops.cycle import Stroking
 from grind_env.machine.loops.row_io import RULES_FROM
 from grind_env.machine.loops.stroke_loops import LANES
 
-LONGEST_BUCKET = 1024
-"""Cycles of at least this many predicted strokes are not sorted among themselves."""
+LONGEST_BUCKET = 1024  #: cycles of at least this many predicted strokes are not sorted among themselves
 
-MANY = 1024
-"""Number of machines from which on they are not sorted at all."""
+MANY = 1024  #: number of machines from which on they are not sorted at all
 
+#: number of columns of a table with a row for any kind of cycle
 CYCLE_FIELDS = len(Stroking._fields) + max(len(course.cycle._fields) for course in (FEED, *CYCLE_KERNELS.values()))
-"""Number of columns of a table with a row for any kind of cycle."""
 
-NO_MOTIONS = np.empty((0, 0))
-"""Empty table of motions, for cycles whose strokes follow their picks."""
+NO_MOTIONS = np.empty((0, 0))  #: empty table of motions, for cycles whose strokes follow their picks
 
 
 @entry

@@ -82,15 +82,13 @@ def covered_surface(buffer: Buffer) -> SurfaceLanes:
     return SurfaceLanes(size=size, begin=read_part, load=load, store=store, advance_lanes=advance_lanes)
 
 
+#: number of zones in one loop over the lanes; LLVM unrolls a loop over the lanes that does less, and does not vectorise
+#: it
 BUNCH = 2
-"""Number of zones in one loop over the lanes; LLVM unrolls a loop over the lanes that does less, and does not vectorise
-it."""
 
-MOST_ZONES = 4096
-"""Most zones of a surface in the lanes; a power of 2, see `get_zone`."""
+MOST_ZONES = 4096  #: most zones of a surface in the lanes; a power of 2, see `get_zone`
 
-NO_ZONE = Zone(S=0.0, Rs=1.0, reached=0.0, centre=math.inf, strips=0.0)
-"""Empty zone that fills the last bunch."""
+NO_ZONE = Zone(S=0.0, Rs=1.0, reached=0.0, centre=math.inf, strips=0.0)  #: empty zone that fills the last bunch
 
 
 @inlined

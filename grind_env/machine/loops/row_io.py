@@ -13,8 +13,6 @@ read_tally, write_tally = column_reader(Tally), column_writer(Tally)
 read_zone, write_zone = column_reader(Zone), column_writer(Zone)
 
 
-RULES_FROM = len(Stroking._fields)
-"""First column of the numbers of its rules in the row of a cycle."""
+RULES_FROM = len(Stroking._fields)  #: first column of the numbers of its rules in the row of a cycle
 
-OWN_FROM = len(WheelState._fields)
-"""First column of the memory of the process (`own`) in the row of a wheel."""
+OWN_FROM = len(WheelState._fields)  #: first column of the memory of the process (`own`) in the row of a wheel

@@ -23,12 +23,10 @@ from grind_env.process.equations import INITIAL_ROUGHNESS, surface_roughness
 from grind_env.process.process_interface import Process, whole_ms
 from grind_env.process.stroke_types import StrokeParameters, StrokeResult, WheelState
 
-Strips = NDArray[np.float64]
-"""One value per strip of the part."""
+Strips = NDArray[np.float64]  #: one value per strip of the part
 
 
-IDLE = StrokeResult(*[0.0] * len(StrokeResult._fields))
-"""A stroke that does not pass over the part."""
+IDLE = StrokeResult(*[0.0] * len(StrokeResult._fields))  #: a stroke that does not pass over the part
 
 
 class Contact(NamedTuple):

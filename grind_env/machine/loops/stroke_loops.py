@@ -30,11 +30,9 @@ from grind_env.machine.loops.stroke_totals import Tally, wheel_depth
 from grind_env.process.process_interface import PROCESS, Process
 from grind_env.process.stroke_types import StrokeParameters, WheelState
 
-LANES = 8
-"""Number of machines at once: one AVX-512 or two AVX2 registers wide."""
+LANES = 8  #: number of machines at once: one AVX-512 or two AVX2 registers wide
 
-IDLE = -1
-"""Machine number of an empty lane."""
+IDLE = -1  #: machine number of an empty lane
 
 
 class Loops(NamedTuple):

@@ -10,14 +10,11 @@ from grind_env.kernel.row_accessors import replacer
 from grind_env.process.cost import STALL
 from grind_env.process.stroke_types import StrokeResult
 
-FINISHING_DEPTH = 0.05
-"""Stock, mm; heat damage done with more than this left to grind is ground off again."""
+FINISHING_DEPTH = 0.05  #: stock, mm; heat damage done with more than this left to grind is ground off again
 
-RETRACTED = -1000.0
-"""Depth of a retracted wheel, which passes high above the part, mm."""
+RETRACTED = -1000.0  #: depth of a retracted wheel, which passes high above the part, mm
 
-POWER_WINDOW = 6.0
-"""Number of full plunges over which power is averaged at the start and at the end of a cycle."""
+POWER_WINDOW = 6.0  #: number of full plunges over which power is averaged at the start and at the end of a cycle
 
 
 class Tally(NamedTuple):
@@ -64,8 +61,7 @@ class Plunges(NamedTuple):
     last_count: float
 
 
-NOTHING = Tally(*[0.0] * len(Tally._fields))
-"""Tally before the first stroke."""
+NOTHING = Tally(*[0.0] * len(Tally._fields))  #: tally before the first stroke
 
 with_dress = replacer(Tally, "seconds", "dresses", "dressed_off")
 without_last = replacer(Tally, *Plunges._fields, "deepened")

@@ -15,12 +15,11 @@ from grind_env.machine.loops.cycle import Zone
 from grind_env.machine.loops.strip_stroke import Strips
 from grind_env.process.equations import INITIAL_ROUGHNESS
 
-STRIP = 1.0
-"""Largest width of a strip, mm."""
+STRIP = 1.0  #: largest width of a strip, mm
 
+#: number of traverses to follow. A traverse begins at one of the two ends of the crossover, at the primary or the
+#: secondary reversal point; after so many all combinations that ever occur have occurred
 TRAVERSES = 4
-"""Number of traverses to follow. A traverse begins at one of the two ends of the crossover, at the primary or the
-secondary reversal point; after so many all combinations that ever occur have occurred."""
 
 
 @functools.lru_cache
@@ -42,8 +41,8 @@ def traverse_edges(cycle: TraverseCycle, start: float, end: float) -> list[float
     return sorted(edges)
 
 
+#: functions such as `traverse_edges` for all cycles that cross, by code
 EDGES: Mapping[str, Callable[[Any, float, float], Sequence[float]]] = {"G83": traverse_edges}
-"""Functions such as `traverse_edges` for all cycles that cross, by code."""
 
 
 def zones_of(centres: Strips, edges: Iterable[float], wheel_width: float) -> Array:

@@ -6,9 +6,9 @@ import numpy as np
 
 from grind_env.machine.loops.strip_stroke import Strips
 
+#: largest length of a cell, mm. A stroke reaches the cells whose middle it passes, so that a table may turn at the very
+#: edge of the part
 CELL = 1.0
-"""Largest length of a cell, mm. A stroke reaches the cells whose middle it passes, so that a table may turn at the very
-edge of the part."""
 
 
 class Coverage:

@@ -16,15 +16,14 @@ from grind_env.machine.dress.mounted_wheel import first_diameter
 from grind_env.machine.dress.wheel_geometry import half_chord
 from grind_env.machine.job import Job
 
-FEED = "G01"
-"""Code of the cycle plan of a feed move that is a stroke."""
+FEED = "G01"  #: code of the cycle plan of a feed move that is a stroke
 FEED_WORD = "F"
 
+#: J of a feed move that is a stroke, mm: any gain in depth counts as a plunge; its L is 1
 LEAST_PICK = 2.0 * DEPTH_TOLERANCE
-"""J of a feed move that is a stroke, mm: any gain in depth counts as a plunge; its L is 1."""
 
+#: sources of moves that may be strokes; moves that an operator asks for in between are no strokes
 SOURCES = (events.Source.PROGRAM, events.Source.COMPENSATION)
-"""Sources of moves that may be strokes; moves that an operator asks for in between are no strokes."""
 
 
 def speed_word(plan: CyclePlan) -> str:

@@ -25,14 +25,11 @@ from grind_env.machine.loops.table_speed import steady
 from grind_env.machine.loops.zone_layout import strip_zones
 from grind_env.process.stroke_types import StrokeParameters, StrokeResult
 
-PLACE_DECIMALS = 6
-"""Decimals, mm, to which the coordinates of two infeeds of one groove agree."""
+PLACE_DECIMALS = 6  #: decimals, mm, to which the coordinates of two infeeds of one groove agree
 
-Direction: TypeAlias = tuple[int, float]
-"""Axis of the infeeds, 0 = X, 1 = Y, 2 = Z, and their sign on it."""
+Direction: TypeAlias = tuple[int, float]  #: axis of the infeeds, 0 = X, 1 = Y, 2 = Z, and their sign on it
 
-Place: TypeAlias = tuple[float, ...]
-"""Coordinates along the two other axes, mm."""
+Place: TypeAlias = tuple[float, ...]  #: coordinates along the two other axes, mm
 
 
 class GrooveCut(NamedTuple):

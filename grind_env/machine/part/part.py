@@ -26,11 +26,9 @@ from grind_env.machine.part.unsimulated_cuts import Unjudged
 from grind_env.process.cost import STALL, Limits, expenses, passed_limits, survival, volume_left
 from grind_env.process.stroke_types import StrokeParameters
 
-SLOWED = 1.001
-"""Least ratio of the torque to the torque at the power limit with which a spindle has slowed noticeably."""
+SLOWED = 1.001  #: least ratio of the torque to the torque at the power limit with which a spindle has slowed noticeably
 
-ANYWHERE = -1
-"""Station number of a part that lies at no station, or has not been met."""
+ANYWHERE = -1  #: station number of a part that lies at no station, or has not been met
 
 
 class StageResult(NamedTuple):

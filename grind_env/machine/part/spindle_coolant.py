@@ -15,11 +15,9 @@ from grind_env.machine.job import Job, Setup
 from grind_env.process.catalogue import load_catalogue
 from grind_env.process.entries import Fluid
 
-TOLERANCE = 1e-3
-"""Largest relative difference of two speeds that count as equal."""
+TOLERANCE = 1e-3  #: largest relative difference of two speeds that count as equal
 
-SPEEDS = (5.0, 150.0)
-"""Least and highest surface speed of a set-up, m/s."""
+SPEEDS = (5.0, 150.0)  #: least and highest surface speed of a set-up, m/s
 
 ALWAYS_ON, DRY = "always on", "dry"
 

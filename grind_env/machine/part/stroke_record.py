@@ -55,8 +55,8 @@ STROKE_ROW = np.dtype(
 )
 
 
+#: first column of `TableStroke` in a table of strokes; `StrokeResult` and `WheelSeen` follow
 NUMBERS_FROM = (STROKE_ROW.names or ()).index(TableStroke._fields[0])
-"""First column of `TableStroke` in a table of strokes; `StrokeResult` and `WheelSeen` follow."""
 
 
 def table_of(rows: Array) -> Array:

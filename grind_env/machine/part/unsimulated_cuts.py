@@ -10,8 +10,7 @@ from typing import NamedTuple
 
 from grind_env.errors import GrindError
 
-MOST_RUNS = 4
-"""Largest number of ranges of lines in a message; otherwise only the first and the last line are named."""
+MOST_RUNS = 4  #: largest number of ranges of lines in a message; otherwise only the first and the last line are named
 
 
 class UnjudgedError(GrindError):

@@ -36,8 +36,8 @@ OWN_WORDS = Ranges()
 
 read_settings = column_reader(BlockSettings)
 SETTINGS = len(BlockSettings._fields)
+#: columns of the settings in a table, shape (N, `SETTINGS`)
 E, D, J, L, DRESS_PASSES, DRESS_FEED, DRESS_DEPTH, DRESS_SECONDS = range(SETTINGS)
-"""Columns of the settings in a table, shape (N, `SETTINGS`)."""
 
 
 def own_settings(plan: CyclePlan, dress: DressPlan | None) -> BlockSettings:

@@ -12,8 +12,8 @@ from grind_env.machine.job import Job
 from grind_env.machine.script.block_settings import Ranges
 from grind_env.machine.script.script_block import ScriptBlock, edge_of, script_error
 
+#: requirements on a part that may differ from one to the next in a script
 REQUIREMENTS = ("stock", "roughness_limit", "tolerance", "rise_allowance", "scrap_cost")
-"""Requirements on a part that may differ from one to the next in a script."""
 
 
 def refuse_led_elsewhere(

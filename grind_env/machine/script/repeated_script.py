@@ -15,8 +15,8 @@ from grind_env.machine.job import Job
 from grind_env.machine.script.script import Script, stations_of_parts
 from grind_env.machine.script.script_block import ScriptBlock, edge_of
 
+#: number of runs that represent all: the first, which may begin elsewhere, two that must be equal, and the last
 SAMPLE_RUNS = 4
-"""Number of runs that represent all: the first, which may begin elsewhere, two that must be equal, and the last."""
 
 
 def is_straight(programs: Programs) -> bool:

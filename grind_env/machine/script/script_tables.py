@@ -25,15 +25,12 @@ from grind_env.machine.script.script_block import ScriptBlock, edge_of, jobs_of,
 from grind_env.process.cost import Limits
 
 NO_CYCLE = 0.0
-NUMBERS = {code: float(number) for number, code in enumerate(CYCLE_KERNELS, 1)}
-"""Numbers of the cycles that plunge."""
+NUMBERS = {code: float(number) for number, code in enumerate(CYCLE_KERNELS, 1)}  #: numbers of the cycles that plunge
 
-SINGLE = "G82"
-"""Code of the cycle that stands for a feed move: one stroke from a wheel that stands at its depth."""
+SINGLE = "G82"  #: code of the cycle that stands for a feed move: one stroke from a wheel that stands at its depth
 
 NO_BLOCK = -1.0
-AS_PRIMARY = -1.0
-"""Value for a block without a Q."""
+AS_PRIMARY = -1.0  #: value for a block without a Q
 
 
 class BlockRow(NamedTuple):

@@ -22,15 +22,14 @@ from grind_env.machine.dress.wheel_geometry import half_chord, rise, shares_with
 from grind_env.machine.part.coverage import CELL
 from grind_env.machine.part.part import PartRun
 
+#: depth of a harmless move into the part, mm: wheel and machine yield by as much, and a finishing pick is no more. Also
+#: the distance of an arc from the chords that stand for it
 CRASH = 0.005
-"""Depth of a harmless move into the part, mm: wheel and machine yield by as much, and a finishing pick is no more. Also
-the distance of an arc from the chords that stand for it."""
 
-Depths = tuple[float, float]
-"""Least and greatest depth, mm."""
+Depths = tuple[float, float]  #: least and greatest depth, mm
 
+#: function of edges and ends that returns a depth, mm, such as `PartRun.reached`
 Reached = Callable[[tuple[float, float], tuple[float, float]], float]
-"""Function of edges and ends that returns a depth, mm, such as `PartRun.reached`."""
 
 
 def into_part(part: PartRun, motion: Motion, axis: int, radius: float, *, found: bool = True) -> float:

@@ -19,14 +19,12 @@ from grind_env.process.cost import STALL
 from grind_env.process.equations import wheel_speed
 from grind_env.process.stroke_types import StrokeParameters, StrokeResult, WheelState
 
-TABLE_SPEEDS = (3000.0, 40_000.0)
-"""Least and highest table speed of the process model, mm/min."""
+TABLE_SPEEDS = (3000.0, 40_000.0)  #: least and highest table speed of the process model, mm/min
 
-DEEPEST_CUT = 0.1
-"""Deepest cut of the process model, mm; deeper cuts are creep feed."""
+DEEPEST_CUT = 0.1  #: deepest cut of the process model, mm; deeper cuts are creep feed
 
+#: least overtravel of the table beyond the part, mm: a cut of 0.01 mm is 1.7 mm long on a wheel of 300 mm
 OVERTRAVEL = 2.0
-"""Least overtravel of the table beyond the part, mm: a cut of 0.01 mm is 1.7 mm long on a wheel of 300 mm."""
 
 
 class Cuts:

@@ -18,11 +18,11 @@ from grind_env.machine.part.unsimulated_cuts import Unjudged
 from grind_env.machine.warnings import texts
 from grind_env.machine.warnings.texts import Notices
 
+#: share of its plunge: a cycle that goes no deeper than before and removes less only grinds what was left
 NO_REMOVAL_SHARE = 0.1
-"""Share of its plunge: a cycle that goes no deeper than before and removes less only grinds what was left."""
 
+#: share of the depth ground before: a cycle in the air that plunges from above this share begins another part
 RESTART_SHARE = 0.5
-"""Share of the depth ground before: a cycle in the air that plunges from above this share begins another part."""
 
 
 class Cycle(NamedTuple):

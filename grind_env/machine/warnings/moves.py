@@ -18,9 +18,9 @@ from grind_env.machine.warnings import texts
 from grind_env.machine.warnings.clearance import CRASH, Depths, into_part, into_table, pass_depths
 from grind_env.machine.warnings.texts import Notices, over_feed_limits
 
+#: sources of the motions to watch: the program, and the operator's requests in between, which are only checked for
+#: grinding the part
 WATCHED = (Source.PROGRAM, Source.COMPENSATION, Source.INTERRUPT)
-"""Sources of the motions to watch: the program, and the operator's requests in between, which are only checked for
-grinding the part."""
 
 
 def shows_place(event: Motion) -> bool:

@@ -5,8 +5,8 @@ from grind_env.machine.part.part import PartRun
 from grind_env.machine.warnings.idle_cycles import Cycle
 from grind_env.machine.warnings.texts import Notices
 
+#: stock that is too little to be left on a part, and difference of depths that gauging does not show, mm
 NEGLIGIBLE_STOCK = 0.001
-"""Stock that is too little to be left on a part, and difference of depths that gauging does not show, mm."""
 
 
 class Stops:

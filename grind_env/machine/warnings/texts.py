@@ -10,14 +10,13 @@ from grind_env.control.numbers import MILLIMETRES_PER_INCH
 from grind_env.machine.axis_roles import cross_axis, plunge_axis
 from grind_env.process.entries import Machine
 
+#: message about a cut without finite numbers
 BEYOND_NUMBERS = (
     "forces, heat or wear of a cut are no finite numbers; give the job and the factors of its parts values that occur "
     "in grinding"
 )
-"""Message about a cut without finite numbers."""
 
-SLACK = 1.0 + 1e-9
-"""Factor on a speed limit, because inches and shares of a path are rounded."""
+SLACK = 1.0 + 1e-9  #: factor on a speed limit, because inches and shares of a path are rounded
 
 
 def slow_pick(pick: Pick, stroke: CycleStrokes, control: Control) -> str:

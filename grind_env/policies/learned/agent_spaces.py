@@ -26,22 +26,17 @@ from grind_env.policies.choices import Decision
 from grind_env.policies.scripted.rules import REFERENCE_AREA
 from grind_env.policies.scripted.sharpness_estimator import MEMORY, Estimate, LotMemory, SharpnessEstimator
 
-MemoryKind = Literal["belief", "stack", "none"]
-"""Memory of a learner."""
-GRID = "multidiscrete"
-"""Form of the action in `grind_env.envs.actions`."""
+MemoryKind = Literal["belief", "stack", "none"]  #: memory of a learner
+GRID = "multidiscrete"  #: form of the action in `grind_env.envs.actions`
 
-MEMBERS = 16
-"""Number of members of the belief's ensemble."""
-STACKED = 8
-"""Number of observations in a stack."""
+MEMBERS = 16  #: number of members of the belief's ensemble
+STACKED = 8  #: number of observations in a stack
 FEATURE_BOUND = 30.0
-LEAST_AREA = 1e-4
-"""Least believed wear-flat area in the features; smaller areas count as this one."""
+LEAST_AREA = 1e-4  #: least believed wear-flat area in the features; smaller areas count as this one
 
 BLOCKS_KNOWN = LotMemory._fields.index("blocks")
+#: empty action space for the stack, because the observation shows E and D of the last block
 NO_ACTION: spaces.Box[np.float32] = spaces.Box(-1.0, 1.0, (0,), np.float32)
-"""Empty action space for the stack, because the observation shows E and D of the last block."""
 
 Flags = NDArray[np.bool_]
 Features = NDArray[np.float32]

@@ -23,12 +23,9 @@ Tensor = NDArray[np.float32]
 Numbers = NDArray[np.float64]
 Shape = tuple[int, ...]
 
-GRU = "gru"
-"""Name of the GRU in the state of an agent of `grind_env.training.gru_ppo`."""
-FAMILY = "gru"
-"""Family of networks that a file names; the GRU may be left out."""
-GATES = 3
-"""Number of gates of a GRU unit; the candidate counts as a gate."""
+GRU = "gru"  #: name of the GRU in the state of an agent of `grind_env.training.gru_ppo`
+FAMILY = "gru"  #: family of networks that a file names; the GRU may be left out
+GATES = 3  #: number of gates of a GRU unit; the candidate counts as a gate
 ACTIVATION = "tanh"
 
 

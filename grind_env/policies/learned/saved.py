@@ -32,15 +32,13 @@ from grind_env.task_version import TASK_VERSION, of_version
 Sizes = NDArray[np.float64]
 
 SUFFIX = ".safetensors"
-ENTRY = "grind_policy"
-"""Entry of the file's metadata that holds the description."""
+ENTRY = "grind_policy"  #: entry of the file's metadata that holds the description
 
+#: largest sum in a unit: half of the largest float32 number, because sums in float32 are rounded
 MOST_SUM = 0.5 * float(np.finfo(np.float32).max)
-"""Largest sum in a unit: half of the largest float32 number, because sums in float32 are rounded."""
 
 FORMAT = 1
-VERSION = "task_version"
-"""Entry of the description: the version of the tasks that an agent was trained on."""
+VERSION = "task_version"  #: entry of the description: the version of the tasks that an agent was trained on
 MOST_UNITS, MOST_LAYERS = 65_536, 16
 
 NO_AGENT = "holds no agent that `grind train` saved"

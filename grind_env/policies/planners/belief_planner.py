@@ -18,8 +18,7 @@ from grind_env.policies.planners.cost_to_go import KA, between, dullness, worth
 from grind_env.policies.policy import Sees
 from grind_env.policies.scripted.look_ahead import SECONDS, member_roughness, member_wheels
 
-CLEAR = 1e-3
-"""Tolerance of the log of the slack, which is rounded to single precision."""
+CLEAR = 1e-3  #: tolerance of the log of the slack, which is rounded to single precision
 
 
 class CostLeft(NamedTuple):

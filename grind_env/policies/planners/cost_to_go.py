@@ -27,22 +27,17 @@ from grind_env.policies.episode_columns import AREA, COST, LOADING, NEW_LOT, NOM
 from grind_env.policies.scripted.handbook import handbook_speeds
 from grind_env.policies.scripted.rules import LOADED_AREA
 
-EPISODES = 128
-"""Number of sampled episodes in which lots, stocks and the order of kinds are counted."""
+EPISODES = 128  #: number of sampled episodes in which lots, stocks and the order of kinds are counted
+#: numbers of E, levels of dullness, scenarios of stock and roughness, levels of spare time, and due dates tried
 SPEEDS, DULL, SCENARIOS, MARGINS, DATES = 12, 16, 16, 9, 4
-"""Numbers of E, levels of dullness, scenarios of stock and roughness, levels of spare time, and due dates tried."""
-DOUBT = 0.6
-"""Share of the variation of lots that a belief leaves open: with known lots the table would dress too late."""
+DOUBT = 0.6  #: share of the variation of lots that a belief leaves open: with known lots the table would dress too late
+#: quantiles of the dulling rate and of the pressure at which lots are tried
 GROWTH, PRESS = (0.0, 0.2, 0.5, 0.8, 1.0), (0.0, 0.5, 1.0)
-"""Quantiles of the dulling rate and of the pressure at which lots are tried."""
-MARGIN = (-0.75, 1.25)
-"""Least and largest spare time, over the work between two due dates."""
+MARGIN = (-0.75, 1.25)  #: least and largest spare time, over the work between two due dates
+#: largest number of blocks without a dress, and ratio of the dullest wheel of the table to a dressed wheel
 LONGEST, DULLEST = 400, 12.0
-"""Largest number of blocks without a dress, and ratio of the dullest wheel of the table to a dressed wheel."""
-SLOWLY = np.array([[0.3, *[1.0] * (len(FACTORS) - 1)]])
-"""Factors of a lot that dulls the wheel in small steps."""
-LEAST = 1e-6
-"""Least dullness, for a wheel without flats and loading."""
+SLOWLY = np.array([[0.3, *[1.0] * (len(FACTORS) - 1)]])  #: factors of a lot that dulls the wheel in small steps
+LEAST = 1e-6  #: least dullness, for a wheel without flats and loading
 
 KA = TapeRow._fields.index("kA")
 ENDS_PART, SCRAP = KindRow._fields.index("ends_part"), KindRow._fields.index("scrap")

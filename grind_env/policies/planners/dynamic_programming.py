@@ -13,20 +13,17 @@ from grind_env.machine.loops.stroke_totals import Tally
 from grind_env.policies.choices import Decision, all_choices
 from grind_env.policies.episode_columns import AREA, COST, ENDS_PART, SCRAP, SECONDS, SURVIVAL, VOLUME
 
-AREA_CLASSES = np.geomspace(0.006, 0.06, 64)
-"""Edges of the classes of wear-flat area."""
-VOLUME_CLASSES = np.array([20.0, 80.0, 400.0])
-"""Edges of the classes of specific volume since the dress, mm3/mm."""
+AREA_CLASSES = np.geomspace(0.006, 0.06, 64)  #: edges of the classes of wear-flat area
+VOLUME_CLASSES = np.array([20.0, 80.0, 400.0])  #: edges of the classes of specific volume since the dress, mm3/mm
 DRESSES = Tally._fields.index("dresses")
 SPEEDS = 20
-MOST_EXECUTIONS = 2
-"""Largest number of executions tried in a block; more were never worth their price."""
+MOST_EXECUTIONS = 2  #: largest number of executions tried in a block; more were never worth their price
+#: cost of a state above the cheapest state and two surcharges for executions, $, beyond which a state is dropped:
+#: dressing the cheapest state costs less. The plans of eight episodes were the same with and without it, in half the
+#: time
 MARGIN = 10.0
-"""Cost of a state above the cheapest state and two surcharges for executions, $, beyond which a state is dropped:
-dressing the cheapest state costs less. The plans of eight episodes were the same with and without it, in half the
-time."""
+#: number of episodes planned at once, which limits the memory: an episode has some thousand branches
 EPISODES_AT_ONCE = 16
-"""Number of episodes planned at once, which limits the memory: an episode has some thousand branches."""
 
 Index = NDArray[np.int64]
 

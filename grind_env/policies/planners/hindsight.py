@@ -16,8 +16,7 @@ from grind_env.policies.planners.dynamic_programming import forward_plans, surch
 from grind_env.policies.policy import Sees
 
 SWEEPS = 3
-STRETCH = 6
-"""Number of blocks whose E is scaled together."""
+STRETCH = 6  #: number of blocks whose E is scaled together
 
 
 @dataclass

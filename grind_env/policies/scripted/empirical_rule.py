@@ -18,19 +18,15 @@ from grind_env.policies.scripted.handbook import USUAL_SPEED, handbook_speeds
 from grind_env.policies.scripted.learned_laws import AIM, PartLaw, PowerLaw
 from grind_env.process.stroke_types import StrokeParameters
 
-SHARE = 0.88
-"""Planned share of the power limit."""
+SHARE = 0.88  #: planned share of the power limit
+#: usual volume between two dresses, mm3/mm, over the conductivity of the work, W/(m K): 140 mm3/mm in hardened bearing
+#: steel, 45 in a nickel alloy, which a dull wheel burns sooner
 INTERVAL = 4.0
-"""Usual volume between two dresses, mm3/mm, over the conductivity of the work, W/(m K): 140 mm3/mm in hardened bearing
-steel, 45 in a nickel alloy, which a dull wheel burns sooner."""
-REGAINED = 1.02
-"""Factor by which a reduced usual volume grows again with every good part."""
-FAR = 1.2
-"""Ratio of power to its limit above which the wheel gets two dress executions."""
-SMOOTH = 0.8
-"""Ratio of the last Ra to its limit below which a faster table is allowed."""
+REGAINED = 1.02  #: factor by which a reduced usual volume grows again with every good part
+FAR = 1.2  #: ratio of power to its limit above which the wheel gets two dress executions
+SMOOTH = 0.8  #: ratio of the last Ra to its limit below which a faster table is allowed
+#: factor on E from block to block, and least share of the first E, when two executions have not lowered the power
 SLOWING, FLOOR = 0.9, 0.75
-"""Factor on E from block to block, and least share of the first E, when two executions have not lowered the power."""
 EFFUSIVITY, DIFFUSIVITY = (StrokeParameters._fields.index(name) for name in ("beta", "alpha"))
 
 

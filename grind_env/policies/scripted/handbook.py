@@ -14,14 +14,12 @@ from grind_env.envs.tasks import Task
 from grind_env.policies.choices import Decision, nearest_speed
 from grind_env.policies.policy import Sees
 
-USUAL_SPEED = 12_000.0
-"""Usual table speed for hardened steel, mm/min."""
+USUAL_SPEED = 12_000.0  #: usual table speed for hardened steel, mm/min
+#: table speed of the tasks with another usual speed, mm/min
 USUAL_SPEEDS = {"job_shop": 15_000.0, "rush": 15_000.0, "blades": 10_000.0, "CBN": 20_000.0}
-"""Table speed of the tasks with another usual speed, mm/min."""
+#: usual specific energy, J/mm3, in grinding of steels (Malkin and Guo, Grinding Technology, chapter 5: 20 to 60)
 SPECIFIC_ENERGY = 40.0
-"""Usual specific energy, J/mm3, in grinding of steels (Malkin and Guo, Grinding Technology, chapter 5: 20 to 60)."""
-SPINDLE_SHARE = 0.8
-"""Planned share of the spindle's power."""
+SPINDLE_SHARE = 0.8  #: planned share of the spindle's power
 
 
 @dataclass

@@ -5,18 +5,14 @@ from numpy.typing import NDArray
 
 from grind_env.array_types import Array, Numbers
 
+#: level and exponents of power before the first reading, and their standard deviations; the level is unknown
 FIRST, SPREAD = np.array([0.0, 0.7, 0.15]), np.array([30.0, 0.2, 0.15])
-"""Level and exponents of power before the first reading, and their standard deviations; the level is unknown."""
-SCATTER = 0.05
-"""Standard deviation of a reading around the law, in logarithms."""
-FORGETTING = 0.97
-"""Factor on the weight of a reading with each further reading."""
-WORN_IN = 10.0
-"""Volume, mm3/mm, that a freshly dressed wheel counts as having ground."""
-LEAST_EXPONENT = 0.2
-"""Least exponent of the removal rate, when the law is solved for the removal rate."""
+SCATTER = 0.05  #: standard deviation of a reading around the law, in logarithms
+FORGETTING = 0.97  #: factor on the weight of a reading with each further reading
+WORN_IN = 10.0  #: volume, mm3/mm, that a freshly dressed wheel counts as having ground
+LEAST_EXPONENT = 0.2  #: least exponent of the removal rate, when the law is solved for the removal rate
+#: aimed mean of a part's value over its limit: 2.5 standard deviations below the limit, with an Ra scatter of 17 %
 AIM = 0.65
-"""Aimed mean of a part's value over its limit: 2.5 standard deviations below the limit, with an Ra scatter of 17 %."""
 
 
 class PowerLaw:

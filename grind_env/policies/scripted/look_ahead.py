@@ -22,10 +22,8 @@ from grind_env.policies.scripted.handbook import handbook_speeds
 from grind_env.policies.scripted.rules import LOADED_AREA, REFERENCE_AREA
 from grind_env.policies.scripted.sharpness_estimator import thrift
 
-MEMBERS = 8
-"""Number of wheels on which a choice is tried: as many as the kernel runs at a time."""
-HASTE_WIDTH = 0.1
-"""Width of the change from a safe to a lost due date, in the log of work over time left."""
+MEMBERS = 8  #: number of wheels on which a choice is tried: as many as the kernel runs at a time
+HASTE_WIDTH = 0.1  #: width of the change from a safe to a lost due date, in the log of work over time left
 
 SECONDS, SCRAP = (Outcome._fields.index(name) for name in ("seconds", "scrap_cost"))
 SURVIVAL, DRESSES = (History._fields.index(name) for name in ("survival", "dresses"))

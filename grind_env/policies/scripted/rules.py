@@ -18,12 +18,9 @@ from grind_env.policies.choices import Decision, check_speeds, nearest_speed
 from grind_env.policies.policy import Sees
 from grind_env.policies.scripted.sharpness_estimator import Estimate, SharpnessEstimator
 
-REFERENCE_AREA = 0.015
-"""Wear-flat area to which the parameter E of the rules refers."""
-LOADED_AREA = 0.02
-"""Wear-flat area that is as dull as full loading."""
-FRESH_VOLUME = 40.0
-"""Volume over which a fresh dress wears in, mm3/mm."""
+REFERENCE_AREA = 0.015  #: wear-flat area to which the parameter E of the rules refers
+LOADED_AREA = 0.02  #: wear-flat area that is as dull as full loading
+FRESH_VOLUME = 40.0  #: volume over which a fresh dress wears in, mm3/mm
 VOLUME_SCALE = 300.0
 
 

@@ -18,21 +18,15 @@ from grind_env.process.equations import chip_force, wear_flat_pressure, wheel_sp
 from grind_env.process.stroke_and_dress import stroke_constants
 from grind_env.process.stroke_types import StrokeParameters
 
-FRESH = 0.0095
-"""Assumed wear-flat area when nothing has been ground since the dress."""
-LEAST = 0.004
-"""Least wear-flat area that a noisy reading may give."""
-DRESSED = 0.0085
-"""Wear-flat area of a dressed wheel, from which dulling is counted."""
+FRESH = 0.0095  #: assumed wear-flat area when nothing has been ground since the dress
+LEAST = 0.004  #: least wear-flat area that a noisy reading may give
+DRESSED = 0.0085  #: wear-flat area of a dressed wheel, from which dulling is counted
 LEAST_GROWTH = 0.0004
-DULLING_RATE = 2.5e-5
-"""Nominal growth of the wear-flat area per specific volume, mm/mm3."""
-LEAST_VOLUME = 15.0
-"""Specific volume, mm3/mm, below which growth since the dress drowns in noise."""
+DULLING_RATE = 2.5e-5  #: nominal growth of the wear-flat area per specific volume, mm/mm3
+LEAST_VOLUME = 15.0  #: specific volume, mm3/mm, below which growth since the dress drowns in noise
 LARGEST_TERM = 2.0
 LEAST_EXECUTIONS = 0.5
-MEMORY = 4.0
-"""Number of blocks after which the mean over a lot becomes a running mean."""
+MEMORY = 4.0  #: number of blocks after which the mean over a lot becomes a running mean
 
 
 class Estimate(NamedTuple):

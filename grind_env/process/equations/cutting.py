@@ -4,12 +4,10 @@ import math
 
 from grind_env.kernel import exp, inlined
 
-NEARLY_NOTHING = 1e-300
-"""Small number in divisors, so that 0 over 0 gives a number."""
-SHORTEST_CONTACT = 1e-7
-"""Least contact length in a divisor, mm: a wheel in the air has none."""
+NEARLY_NOTHING = 1e-300  #: small number in divisors, so that 0 over 0 gives a number
+SHORTEST_CONTACT = 1e-7  #: least contact length in a divisor, mm: a wheel in the air has none
+#: active grains of a wheel that has ground for a while, over active grains after the reference dress [C]
 SETTLED_DENSITY = 1.1
-"""Active grains of a wheel that has ground for a while, over active grains after the reference dress [C]."""
 
 
 @inlined

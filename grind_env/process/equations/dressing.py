@@ -8,12 +8,12 @@ import math
 
 from grind_env.kernel import exp, inlined, log, power
 
+#: lead and depth of a medium dress, mm; wheel entries state flats and roughness after this dress
 REFERENCE_LEAD, REFERENCE_DEPTH = 0.10, 0.020
-"""Lead and depth of a medium dress, mm; wheel entries state flats and roughness after this dress."""
+#: ratios of dresser to wheel speed: reference, and least, for a dresser that runs against the wheel [C]
 REFERENCE_SPEED_RATIO, LEAST_SPEED_RATIO = 0.6, 0.1
-"""Ratios of dresser to wheel speed: reference, and least, for a dresser that runs against the wheel [C]."""
+#: least severity over that of a medium dress: a dress that hardly touches the wheel leaves no larger flats [C]
 LEAST_SEVERITY = 0.01
-"""Least severity over that of a medium dress: a dress that hardly touches the wheel leaves no larger flats [C]."""
 
 
 @inlined

@@ -10,18 +10,14 @@ import math
 
 from grind_env.kernel import exp, inlined
 
+#: span from the first vapour to a film that has boiled off, K [C on the jump of Shen et al. 2008, 0.24 to 0.92]
 BOILING_SPAN = 20.0
-"""Span from the first vapour to a film that has boiled off, K [C on the jump of Shen et al. 2008, 0.24 to 0.92]."""
-CARRYING_SPEED = 30.0
-"""Wheel speed for which fluid entries state their convection, m/s."""
-CARRYING_LENGTH = 2.4
-"""Contact length for which fluid entries state their convection, mm."""
-CARRYING = math.sqrt(CARRYING_LENGTH / CARRYING_SPEED)
-"""Root of `CARRYING_LENGTH` over `CARRYING_SPEED`, (mm s/m)^0.5."""
-MOST_TO_CHIPS = 0.45
-"""Highest share of the power that chips carry off."""
+CARRYING_SPEED = 30.0  #: wheel speed for which fluid entries state their convection, m/s
+CARRYING_LENGTH = 2.4  #: contact length for which fluid entries state their convection, mm
+CARRYING = math.sqrt(CARRYING_LENGTH / CARRYING_SPEED)  #: root of `CARRYING_LENGTH` over `CARRYING_SPEED`, (mm s/m)^0.5
+MOST_TO_CHIPS = 0.45  #: highest share of the power that chips carry off
+#: small conductance in divisors, so that a stroke without heat and contact gives a number; its square is above 0
 NO_SINK = 1e-150
-"""Small conductance in divisors, so that a stroke without heat and contact gives a number; its square is above 0."""
 
 
 @inlined

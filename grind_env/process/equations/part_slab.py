@@ -19,14 +19,12 @@ D2, which conducts less than half as well.
 import math
 
 MODES = 4
+#: largest sum of the Biot numbers of both faces at which a part counts as insulated: it keeps its heat for decades
 INSULATED = 1e-12
-"""Largest sum of the Biot numbers of both faces at which a part counts as insulated: it keeps its heat for decades."""
-FASTEST = 0.12
-"""Upper limit of the time constant of the fastest mode, s."""
-FASTER = 50.0
-"""Least ratio of the slowest to the fastest time constant."""
+FASTEST = 0.12  #: upper limit of the time constant of the fastest mode, s
+FASTER = 50.0  #: least ratio of the slowest to the fastest time constant
+#: arguments at which the Laplace transform of the modes is compared with the exact one, 1/s
 RATES = (0.03, 0.072, 0.173, 0.416, 1.0)
-"""Arguments at which the Laplace transform of the modes is compared with the exact one, 1/s."""
 
 
 def slab_modes(

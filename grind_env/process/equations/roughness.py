@@ -4,20 +4,16 @@ import math
 
 from grind_env.kernel import exp, inlined
 
-INITIAL_ROUGHNESS = 1.6
-"""Ra of the surface of a part before it is ground, um."""
+INITIAL_ROUGHNESS = 1.6  #: Ra of the surface of a part before it is ground, um
+#: roughness scale of a wheel that has ground for a while, over the scale after the reference dress [C]
 SETTLED_ROUGHNESS = 0.9
-"""Roughness scale of a wheel that has ground for a while, over the scale after the reference dress [C]."""
+#: wheel speed, m/s, and removal rate, mm2/s, for which the roughness terms are stated
 REFERENCE_SPEED, REFERENCE_RATE = 30.0, 3.0
-"""Wheel speed, m/s, and removal rate, mm2/s, for which the roughness terms are stated."""
-NEARLY_NOTHING = 1e-300
-"""Small number in divisors, so that 0 over 0 gives a number."""
-PEAK_DEPTH = 0.5
-"""Largest depth that a pass without depth of cut takes off the peaks, um [C]."""
+NEARLY_NOTHING = 1e-300  #: small number in divisors, so that 0 over 0 gives a number
+PEAK_DEPTH = 0.5  #: largest depth that a pass without depth of cut takes off the peaks, um [C]
+#: equivalent chip thickness below which grains plough, um: spark-out leaves the roughness of this thickness [C]
 PLOUGHING_CHIP = 0.02
-"""Equivalent chip thickness below which grains plough, um: spark-out leaves the roughness of this thickness [C]."""
-TEXTURE_SHARE = 2.0
-"""Depth, in units of Ra, at which a pass replaces half of the earlier texture [C]."""
+TEXTURE_SHARE = 2.0  #: depth, in units of Ra, at which a pass replaces half of the earlier texture [C]
 
 
 @inlined

@@ -8,8 +8,7 @@ times the torque of the power limit at the set speed [C].
 
 from grind_env.kernel import inlined
 
-LEAST_POWER = 1e-6
-"""Least power in a quotient, W, so that the quotient is a number."""
+LEAST_POWER = 1e-6  #: least power in a quotient, W, so that the quotient is a number
 
 
 @inlined

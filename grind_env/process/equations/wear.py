@@ -4,15 +4,12 @@ import math
 
 from grind_env.kernel import exp, inlined, log
 
-NEARLY_NOTHING = 1e-300
-"""Small number in divisors, so that 0 over 0 gives a number."""
+NEARLY_NOTHING = 1e-300  #: small number in divisors, so that 0 over 0 gives a number
+#: least wheel diameter, mm, about that of the spindle nose (project decision). Further wear still counts in the size of
+#: the part and in money, so that nothing is gained by wearing a wheel away
 LEAST_DIAMETER = 20.0
-"""Least wheel diameter, mm, about that of the spindle nose (project decision). Further wear still counts in the size of
-the part and in money, so that nothing is gained by wearing a wheel away."""
-REFERENCE_CHIP = 0.1
-"""Equivalent chip thickness for which wheel entries state the G-ratio, um."""
-THINNEST_CHIP = 0.001
-"""Equivalent chip thickness below which the wear is constant, um."""
+REFERENCE_CHIP = 0.1  #: equivalent chip thickness for which wheel entries state the G-ratio, um
+THINNEST_CHIP = 0.001  #: equivalent chip thickness below which the wear is constant, um
 
 
 @inlined

@@ -7,14 +7,11 @@ of the structure, 1 for a grain volume fraction of 0.52. The exponents are calib
 
 import math
 
-REFERENCE_GRIT = 0.25
-"""Grit size for which wheel entries are stated, mm (mesh 60)."""
+REFERENCE_GRIT = 0.25  #: grit size for which wheel entries are stated, mm (mesh 60)
+#: force per grain that breaks grain or bond, N: alumina of grade J, and vitrified CBN, at the reference grit
 REFERENCE_GRADE, REFERENCE_GRADE_CBN = 1.2, 4.0
-"""Force per grain that breaks grain or bond, N: alumina of grade J, and vitrified CBN, at the reference grit."""
-RENEWAL_EXPONENT = 1.35
-"""Exponent of the renewal depth over the hardness [C]."""
-REFERENCE_FRACTION = 0.52
-"""Grain volume fraction for which wheel entries are stated, about structure number 5."""
+RENEWAL_EXPONENT = 1.35  #: exponent of the renewal depth over the hardness [C]
+REFERENCE_FRACTION = 0.52  #: grain volume fraction for which wheel entries are stated, about structure number 5
 
 
 def fineness(dg: float) -> float:

@@ -18,10 +18,9 @@ from grind_env.shop.advise.adviser_policy import AdviserPolicy
 from grind_env.shop.advise.model_free_rule import STEP, BlockReadings
 from grind_env.shop.advise.operator_readings import MachineReadings
 
-MOST_STEP = 100.0
-"""Greatest legal step factor of E; no table has a wider range of E."""
+MOST_STEP = 100.0  #: greatest legal step factor of E; no table has a wider range of E
+#: parameters of `LookAhead` for a program without tuned ones: the medians over the tuned tasks
 USUAL_PRICE, USUAL_GROWTH, USUAL_CAUTION = 1.1, 1.5, 2.7
-"""Parameters of `LookAhead` for a program without tuned ones: the medians over the tuned tasks."""
 
 
 class AdviceError(GrindError):

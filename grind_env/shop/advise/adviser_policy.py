@@ -16,8 +16,8 @@ from grind_env.policies.policy import Policy, Sees
 from grind_env.policies.scripted.learned_laws import PowerLaw
 from grind_env.shop.advise.model_free_rule import STEP, BlockReadings, Rule
 
+#: blocks in a row whose forecasts must hold before the model leads, and the factor on this number after a failure
 PROVED, LONGER = 6, 2
-"""Blocks in a row whose forecasts must hold before the model leads, and the factor on this number after a failure."""
 
 
 @dataclass

@@ -4,8 +4,7 @@ import re
 
 from grind_env.output_checks import HEAD, FileKind
 
-LOG_COLUMNS = ("time", "block", "part", "advised_E", "advised_D", "E", "D")
-"""First columns of a log."""
+LOG_COLUMNS = ("time", "block", "part", "advised_E", "advised_D", "E", "D")  #: first columns of a log
 _VALUE = re.compile(rb"[ \t]*(?:(?:#[ \t]*\d+[ \t]*=[ \t]*[-+.\d]+[ \t]*(?:\([^()]*\))?|%|O\d+|M30|M99)[ \t]*)?")
 
 

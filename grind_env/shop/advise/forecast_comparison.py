@@ -7,10 +7,8 @@ import numpy as np
 
 from grind_env.policies.mismatch_alarms import HOLDS, NAMES, SIZE, UNITS, Watch
 
-LAST = 10
-"""Number of parts in the output, the last ones."""
-RIGHT = 0.9
-"""Least share of forecasts that hold if the model is right; 95 % hold with normal errors."""
+LAST = 10  #: number of parts in the output, the last ones
+RIGHT = 0.9  #: least share of forecasts that hold if the model is right; 95 % hold with normal errors
 
 
 class ComparedReading(NamedTuple):

@@ -24,35 +24,29 @@ from grind_env.policies.choices import nearest_speed
 from grind_env.policies.scripted.empirical_rule import INTERVAL, usual_volumes
 from grind_env.policies.scripted.learned_laws import AIM, LEAST_EXPONENT, SCATTER, WORN_IN, PartLaw, PowerLaw
 
-SHARE = 0.92
-"""Share of the power limit that is planned to be used."""
+SHARE = 0.92  #: share of the power limit that is planned to be used
+#: greatest factor on E from block to block of a kind: as a rule, and if all readings are below `EASY` of their limits.
+#: Sizes must then be below `EASY_SIZE` times `EASY` of their limit, because all blocks of a part add to them
 STEP, EASY_STEP, EASY, EASY_SIZE = 1.25, 1.5, 0.5, 0.7
-"""Greatest factor on E from block to block of a kind: as a rule, and if all readings are below `EASY` of their limits.
-Sizes must then be below `EASY_SIZE` times `EASY` of their limit, because all blocks of a part add to them."""
-SIZE_AIM = 0.5
-"""Mean share of the size tolerance to aim at; gauges drift, too."""
-NEAR = 0.75
-"""Share of a limit of size or Ra above which no block of the part becomes faster."""
+SIZE_AIM = 0.5  #: mean share of the size tolerance to aim at; gauges drift, too
+NEAR = 0.75  #: share of a limit of size or Ra above which no block of the part becomes faster
+#: burn ratio that the model allows. Factors from a heat to the allowed heat: of the first part, if above this ratio, of
+#: a part that did not burn, and of a part that burnt
 HEAT, ROOM, FURTHER, BACK = 0.78, 1.25, 1.1, 0.88
-"""Burn ratio that the model allows. Factors from a heat to the allowed heat: of the first part, if above this ratio, of
-a part that did not burn, and of a part that burnt."""
-COOLS = 0.6
-"""Exponent of power over E from which on a slower table is cooler."""
+COOLS = 0.6  #: exponent of power over E from which on a slower table is cooler
+#: factors on E: beyond a limit, after a burn, and from block to block after a burn. Factor by which the bound on E
+#: rises with every further block of its kind
 SLOWER, BURNT_SLOWER, BURNT_STEP, FORGIVEN = 0.9, 0.8, 1.05, 1.005
-"""Factors on E: beyond a limit, after a burn, and from block to block after a burn. Factor by which the bound on E
-rises with every further block of its kind."""
+#: volume between two dresses over the conductivity of the work; half as much again, because every part has readings
 USUAL_INTERVAL = 1.5 * INTERVAL
-"""Volume between two dresses over the conductivity of the work; half as much again, because every part has readings."""
-REGAINED = 1.02
-"""Factor by which a reduced dress volume grows back with every good part."""
+REGAINED = 1.02  #: factor by which a reduced dress volume grows back with every good part
+#: standard deviation of the logarithm of the burn ratio at which parts burn; greatest number of such deviations that
+#: counts; number of readings in the running mean of the scatter
 UNSURE, SUREST, MEMORY = 0.4, 6.0, 8.0
-"""Standard deviation of the logarithm of the burn ratio at which parts burn; greatest number of such deviations that
-counts; number of readings in the running mean of the scatter."""
 MOST_EXECUTIONS = 2
-OVERLOAD = 1.2
-"""Ratio of power to its limit above which two dress executions are made."""
+OVERLOAD = 1.2  #: ratio of power to its limit above which two dress executions are made
+#: a slower table is kept if power falls below this share of its former value within this number of blocks
 LOWERED, BLOCKS = 0.98, 3
-"""A slower table is kept if power falls below this share of its former value within this number of blocks."""
 
 
 class BlockReadings(NamedTuple):

@@ -14,12 +14,11 @@ from grind_env.message_text import did_you_mean, quoted
 from grind_env.process.equations import LEAST_DIAMETER
 from grind_env.shop.measurements.measured_sheet import NO, YES
 
+#: least power, W, and size error, um, that meters and gauges resolve; a smaller number is probably in kW or mm
 LEAST_POWER, LEAST_SIZE = POWER_NOISE_FLOOR, 0.05
-"""Least power, W, and size error, um, that meters and gauges resolve; a smaller number is probably in kW or mm."""
+#: number of standard deviations of a reading by which noise may put the peak below the mean
 SCATTER = 4.0 * math.sqrt(2.0)
-"""Number of standard deviations of a reading by which noise may put the peak below the mean."""
-MOST_RA = 50.0
-"""Highest possible Ra, um; no ground surface is rougher."""
+MOST_RA = 50.0  #: highest possible Ra, um; no ground surface is rougher
 
 
 class ReadingError(GrindError):
@@ -67,13 +66,13 @@ class MachineReadings:
 
 NAMES = tuple(each.name for each in fields(MachineReadings))
 WHOLE, FLAGS = ("block", "part", "D"), ("burn", "new_wheel", "new_lot")
+#: readings in danger of a wrong unit: name, least credible value, its unit, and the wrong unit
 SLIPS = (
     *((name, LEAST_POWER, "W", "kW") for name in ("mean_power", "first_power", "peak_power")),
     ("size_error", LEAST_SIZE, "um", "mm"),
 )
-"""Readings in danger of a wrong unit: name, least credible value, its unit, and the wrong unit."""
+#: readings that only a block which finishes a part can have
 OF_PART = ("size_error", "Ra", "Ra_before", "burn", "new_lot")
-"""Readings that only a block which finishes a part can have."""
 
 
 def readings_of(table: Mapping[str, Any], place: str) -> MachineReadings:

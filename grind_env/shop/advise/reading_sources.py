@@ -14,16 +14,14 @@ from grind_env.message_text import quoted
 from grind_env.shop.advise.operator_readings import ReadingError
 from grind_env.shop.measurements import measured_sheet
 
-POLL = 0.5
-"""Time between two reads of a growing file, s."""
-LONGEST_LINE = 1_000_000
-"""Longest line with a JSON object, bytes."""
+POLL = 0.5  #: time between two reads of a growing file, s
+LONGEST_LINE = 1_000_000  #: longest line with a JSON object, bytes
+#: units that a header may state, by reading; the first unit is for a header without one
 UNITS = {
     **dict.fromkeys(("mean_power", "first_power", "peak_power"), measured_sheet.WATTS),
     **dict.fromkeys(("size_error", "Ra", "Ra_before"), measured_sheet.MICROMETRES),
     "diameter": measured_sheet.MILLIMETRES,
 }
-"""Units that a header may state, by reading; the first unit is for a header without one."""
 
 
 class ReadingsRow(NamedTuple):

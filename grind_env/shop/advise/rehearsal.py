@@ -14,12 +14,12 @@ from grind_env.process.cost import NO_LIMIT, survival
 from grind_env.shop.advise.adviser import Adviser
 from grind_env.shop.advise.operator_readings import MachineReadings
 
+#: seeds, the same for all compared batches: of lots, stocks and noise, and with it of the parts that burn
 LOTS, BURNS = 1, 2
-"""Seeds, the same for all compared batches: of lots, stocks and noise, and with it of the parts that burn."""
 COST, GOOD, RISE = (Outcome._fields.index(name) for name in ("cost", "good", "rise"))
 
+#: function that chooses E and D of a block from its number, from 0, and the readings of the block before
 Decide = Callable[[int, MachineReadings | None], JobChoice]
-"""Function that chooses E and D of a block from its number, from 0, and the readings of the block before."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

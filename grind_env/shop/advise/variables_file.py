@@ -11,8 +11,7 @@ from grind_env.files import write_atomically
 from grind_env.machine.part.feed_moves import speed_word
 from grind_env.shop.advise.adviser import Advice, AdviceError
 
-FIRST = 101
-"""First common variable for E and D in a program that names no variables."""
+FIRST = 101  #: first common variable for E and D in a program that names no variables
 _PROGRAM = re.compile(r"[Oo](\d{1,8})")
 
 

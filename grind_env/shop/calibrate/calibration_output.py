@@ -10,6 +10,7 @@ from grind_env.data_table import Column, Table, table_of
 from grind_env.shop.calibrate.least_squares import ABSOLUTE
 from grind_env.shop.calibrate.result import Calibration, grinding_power
 
+#: columns of a `FittedConstant`
 COLUMNS = (
     Column("constant", lambda each: f"{each.parameter.entry} {each.parameter.key}"),
     Column("was", "parameter.prior", ".4g", right=True),
@@ -18,7 +19,6 @@ COLUMNS = (
     Column("unit", "parameter.unit"),
     Column("spread\nleft", "share", ".0f", "%", right=True, factor=100.0),
 )
-"""Columns of a `FittedConstant`."""
 
 
 def constants_table(found: Calibration) -> Table:

@@ -12,18 +12,17 @@ from grind_env.shop.calibrate.exceptions import CalibrationError
 from grind_env.shop.measurements.measured_sheet import MOST_NUMBER, Sheet, plain
 from grind_env.toml import TomlError, read_toml
 
+#: words in headings by which columns are recognised, by table of a map and by name of the column
 WORDS: Mapping[str, Mapping[str, Sequence[str]]] = read_toml(Path(__file__).with_name("words.toml"))
-"""Words in headings by which columns are recognised, by table of a map and by name of the column."""
 
+#: keys of a map other than columns, by table
 MAP_VALUES: Mapping[str, tuple[str, ...]] = {
     "log": ("power_unit", "time_unit", "rated_power", "volts", "power_factor", "scale"),
     "gauge": ("nominal_size", "size_unit"),
     "table": (),
 }
-"""Keys of a map other than columns, by table."""
 
-LISTED = 5
-"""Greatest number of unused columns that a remark names."""
+LISTED = 5  #: greatest number of unused columns that a remark names
 UNIT_OF_POWER = ("w", "kw", "hp", "ps", "%", "a", "watt", "amp", "ampere")
 
 

@@ -18,21 +18,17 @@ from grind_env.machine.record import GrindingRecord
 from grind_env.message_text import quoted
 from grind_env.shop.calibrate.exceptions import CalibrationError
 
+#: test blocks in place of the first block: factors on its E and pick, and whether the wheel is dressed before. The same
+#: words meet a worn and a fresh wheel. E and depth vary in opposite directions: varied together, they tell one thing
+#: only
 CUTS = ((1.0, 1.0, False), (1.5, 0.6, False), (0.6, 1.5, True), (1.0, 1.0, False))
-"""Test blocks in place of the first block: factors on its E and pick, and whether the wheel is dressed before. The same
-words meet a worn and a fresh wheel. E and depth vary in opposite directions: varied together, they tell one thing
-only."""
+#: shares of the limits that the plan keeps with a wheel that ploughs `HARDER` times as hard. If the program itself then
+#: reaches higher shares, the plan may reach them, too
 SAFE_POWER, SAFE_RISE = 0.6, 0.8
-"""Shares of the limits that the plan keeps with a wheel that ploughs `HARDER` times as hard. If the program itself then
-reaches higher shares, the plan may reach them, too."""
-LESS_GOOD = 0.02
-"""Greatest decrease of the probability of a good part, compared with the program."""
-HARDER = 1.5
-"""Factor on the ploughing pressure by which the catalogue may be wrong."""
-SPANS = (1.0, 0.75, 0.5, 0.3)
-"""Exponents of all factors, from the widest on; the first safe one is taken."""
-MM, INCH = 3, 4
-"""Decimals that the control reads in mm and in inches."""
+LESS_GOOD = 0.02  #: greatest decrease of the probability of a good part, compared with the program
+HARDER = 1.5  #: factor on the ploughing pressure by which the catalogue may be wrong
+SPANS = (1.0, 0.75, 0.5, 0.3)  #: exponents of all factors, from the widest on; the first safe one is taken
+MM, INCH = 3, 4  #: decimals that the control reads in mm and in inches
 
 
 class Plan(NamedTuple):

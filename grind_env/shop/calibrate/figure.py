@@ -15,10 +15,9 @@ from grind_env.shop.calibrate.result import Calibration
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+#: units of the kinds of measurement; forces and other kinds in a table have the units of the table
 UNITS = {"power": "W", "size": "µm", "Ra": "µm", "diameter": "mm"}
-"""Units of the kinds of measurement; forces and other kinds in a table have the units of the table."""
-MOST_TICKS = 12
-"""Greatest number of parts that all have their number at the axis."""
+MOST_TICKS = 12  #: greatest number of parts that all have their number at the axis
 
 
 def draw_calibration(found: Calibration) -> "Figure":

@@ -23,35 +23,27 @@ from grind_env.shop.calibrate.least_squares import Data, Predict, Solver, bounde
 from grind_env.shop.calibrate.verdict import CONSTANTS_OF, FitJudgement, judge
 from grind_env.toml import toml_value
 
-NORMAL_90 = 1.6449
-"""Half width of the 90 % interval of a normal variable, in standard deviations."""
+NORMAL_90 = 1.6449  #: half width of the 90 % interval of a normal variable, in standard deviations
+#: ratio of posterior to prior spread above which a constant is undetermined, unless it moved by more than a spread
 UNDETERMINED = 0.9
-"""Ratio of posterior to prior spread above which a constant is undetermined, unless it moved by more than a spread."""
+#: factor on the prior spread of a constant in a fit with a free term: the shares of chips and rubbing in the power are
+#: then open, too, because other laws have no such shares
 WIDENED_PRIORS = {"material.chip_energy": 6.0}
-"""Factor on the prior spread of a constant in a fit with a free term: the shares of chips and rubbing in the power are
-then open, too, because other laws have no such shares."""
-FOLDS = 8
-"""Greatest number of groups of parts or settings that are held out in turn."""
-ROUNDS = 2
-"""Rounds of enlarging errors."""
+FOLDS = 8  #: greatest number of groups of parts or settings that are held out in turn
+ROUNDS = 2  #: rounds of enlarging errors
+#: logarithmic standard deviation of the drift of the power level over a log, at the full width of the free term. The
+#: result is the level in the middle of the log: an apparent drift may be a wheel that dulls in another way
 DRIFT = 0.05
-"""Logarithmic standard deviation of the drift of the power level over a log, at the full width of the free term. The
-result is the level in the middle of the log: an apparent drift may be a wheel that dulls in another way."""
-WIDTHS = (0.25, 0.5, 1.0)
-"""Widths of the free term that are tried, as shares of its full width."""
+WIDTHS = (0.25, 0.5, 1.0)  #: widths of the free term that are tried, as shares of its full width
+#: ratio of mean square errors on held-out parts, with over without the free term, below which the term is used
 FREE_TERM_GAIN = 0.8
-"""Ratio of mean square errors on held-out parts, with over without the free term, below which the term is used."""
+#: mean square error on held-out parts, in loose errors, up to which the model needs no free term
 MOST_PLAIN_ERROR = 1.0
-"""Mean square error on held-out parts, in loose errors, up to which the model needs no free term."""
-LEAST_ERROR_FACTOR = 1.05
-"""Factor on the least mean square error; the smallest width with no greater error is taken."""
+LEAST_ERROR_FACTOR = 1.05  #: factor on the least mean square error; the smallest width with no greater error is taken
 ENOUGH_PARTS = 2
-WANDERING_PARTS = 4
-"""Number of parts above which a drift of the power level from part to part can be estimated."""
-MANY_PARTS = 20
-"""Number of parts from which on the estimated drift may exceed the usual one."""
-SINGULAR = 1e-6
-"""Share by which correlations are reduced, so that they may be rounded."""
+WANDERING_PARTS = 4  #: number of parts above which a drift of the power level from part to part can be estimated
+MANY_PARTS = 20  #: number of parts from which on the estimated drift may exceed the usual one
+SINGULAR = 1e-6  #: share by which correlations are reduced, so that they may be rounded
 
 
 class Linear(NamedTuple):

@@ -13,6 +13,7 @@ from grind_env.process.entries import Quantity, quantities
 from grind_env.process.force_correction import EXPONENTS
 from grind_env.shop.calibrate.exceptions import CalibrationError
 
+#: constants that are fitted by default; their prior spreads are in `SPREADS`
 USUAL = (
     "material.chip_energy",
     "material.ploughing_pressure",
@@ -24,23 +25,20 @@ USUAL = (
     "wheel.roughness",
     "machine.stiffness",
 )
-"""Constants that are fitted by default; their prior spreads are in `SPREADS`."""
+#: fields of a material that follow deviations from the model, with their full standard deviation (logarithmic for the
+#: factor): measured exponents of force on depth and speed are from .5 to .95 where the model has .6 to .8
 FREE_TERM: Mapping[str, float] = {
     "power_factor": 0.25,
     "power_depth_exponent": 0.5,
     "power_speed_exponent": 0.5,
     "power_volume_exponent": 0.25,
 }
-"""Fields of a material that follow deviations from the model, with their full standard deviation (logarithmic for the
-factor): measured exponents of force on depth and speed are from .5 to .95 where the model has .6 to .8."""
-HEAT = ("material.heat_factor",)
-"""Further constants that sizes and burn determine, but power does not."""
+HEAT = ("material.heat_factor",)  #: further constants that sizes and burn determine, but power does not
+#: logarithmic standard deviations of the priors; the share of heat that enters the work is known to a factor 2
 SPREADS: Mapping[str, float] = {**USUAL_SPREADS, "material.heat_factor": math.log(2.0)}
-"""Logarithmic standard deviations of the priors; the share of heat that enters the work is known to a factor 2."""
-OTHER_SPREAD = 0.3
-"""Logarithmic standard deviation of any other constant, which is fitted only if it is named."""
+OTHER_SPREAD = 0.3  #: logarithmic standard deviation of any other constant, which is fitted only if it is named
+#: least and greatest value of a fitted constant, over its value in the catalogue
 USUAL_FLOOR, USUAL_CEILING = 0.02, 50.0
-"""Least and greatest value of a fitted constant, over its value in the catalogue."""
 
 
 @dataclass(frozen=True, slots=True)

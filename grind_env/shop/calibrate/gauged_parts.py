@@ -18,19 +18,14 @@ from grind_env.shop.calibrate.exceptions import CalibrationError
 from grind_env.shop.calibrate.least_squares import YES_OR_NO
 from grind_env.shop.measurements.measured_sheet import MICROMETRES, MILLIMETRES, Sheet, read_sheet
 
-MOST_DIGITS = 18
-"""Greatest number of digits of a part number."""
-MOST_DEVIATION = 1.0
-"""Greatest size deviation, mm; a larger number is a size of the part."""
+MOST_DIGITS = 18  #: greatest number of digits of a part number
+MOST_DEVIATION = 1.0  #: greatest size deviation, mm; a larger number is a size of the part
 
+#: errors of touching off and gauging, um; of a roughness gauge, relative; of measuring a wheel diameter, mm
 SIZE_ERROR, ROUGHNESS_ERROR, DIAMETER_ERROR = 2.0, 0.05, 0.02
-"""Errors of touching off and gauging, um; of a roughness gauge, relative; of measuring a wheel diameter, mm."""
-LEAST_WHEEL = 0.5
-"""Least share of a new wheel's diameter that belongs to the same wheel."""
-BURN_WIDTH = 0.05
-"""Width of the step in temperature rise at which burn is seen, as a share of the tempering rise."""
-UNSEEN = 0.1
-"""Share of burnt parts that pass as good if nobody looks for burn."""
+LEAST_WHEEL = 0.5  #: least share of a new wheel's diameter that belongs to the same wheel
+BURN_WIDTH = 0.05  #: width of the step in temperature rise at which burn is seen, as a share of the tempering rise
+UNSEEN = 0.1  #: share of burnt parts that pass as good if nobody looks for burn
 
 
 class GaugedParts(NamedTuple):

@@ -11,45 +11,33 @@ from grind_env.array_types import Floats
 from grind_env.errors import GrindError
 from grind_env.shop.calibrate.fitted_constants import Parameter
 
-OUTLIER = 5.0
-"""Residual above which a measurement is left out, in standard deviations."""
-MOST_OUTLIERS = 0.1
-"""Greatest share of the measurements of a kind that may be left out."""
+OUTLIER = 5.0  #: residual above which a measurement is left out, in standard deviations
+MOST_OUTLIERS = 0.1  #: greatest share of the measurements of a kind that may be left out
+#: step of derivatives, in prior spreads; the long one is for a model with jumps, over which it averages
 STEP, LONG_STEP = 0.03, 0.5
-"""Step of derivatives, in prior spreads; the long one is for a model with jumps, over which it averages."""
+#: part of the loose error of power that all strokes share, as a share of the root mean square of their power
 LOOSE = 0.01
-"""Part of the loose error of power that all strokes share, as a share of the root mean square of their power."""
-HOPELESS = 1e3
-"""Residual if the process model gives no number for some constants."""
+HOPELESS = 1e3  #: residual if the process model gives no number for some constants
+#: distance from the point of the derivatives, in prior spreads, up to which a solution needs no new derivatives
 NEAR = 0.25
-"""Distance from the point of the derivatives, in prior spreads, up to which a solution needs no new derivatives."""
+#: greatest move of a constant in one step, in prior spreads; greatest number of steps of a solution, and of times that
+#: its derivatives are taken anew
 LONGEST_STEP, MOST_STEPS, MOST_SLOPES = 2.0, 40, 4
-"""Greatest move of a constant in one step, in prior spreads; greatest number of steps of a solution, and of times that
-its derivatives are taken anew."""
+#: least decrease of half the sum of squares that a further step must promise: relative, relative in a rough solution,
+#: absolute
 LITTLE, LITTLE_ROUGHLY, LEAST_LITTLE = 1e-4, 1e-2, 2e-3
-"""Least decrease of half the sum of squares that a further step must promise: relative, relative in a rough solution,
-absolute.
-"""
-STEPS_WITHOUT = 2
-"""Number of steps of a fit without some parts."""
-FARTHEST = 2.0
-"""Greatest distance of a nuisance from its prior, in prior spreads."""
-TINY = 1e-6
-"""Relative step of the predictions in the derivatives of the residuals."""
+STEPS_WITHOUT = 2  #: number of steps of a fit without some parts
+FARTHEST = 2.0  #: greatest distance of a nuisance from its prior, in prior spreads
+TINY = 1e-6  #: relative step of the predictions in the derivatives of the residuals
 
-Changes: TypeAlias = Mapping[str, Mapping[str, float]]
-"""Changed values of constants, by kind of entry and by field."""
-Predict: TypeAlias = Callable[[Changes], Floats]
-"""Function from changed constants to predicted measurements."""
+Changes: TypeAlias = Mapping[str, Mapping[str, float]]  #: changed values of constants, by kind of entry and by field
+Predict: TypeAlias = Callable[[Changes], Floats]  #: function from changed constants to predicted measurements
 
+#: kinds of measurement with additive errors and a meter scale; kinds not here or in `ABSOLUTE` have relative errors
 LINEAR = ("power",)
-"""Kinds of measurement with additive errors and a meter scale; kinds not here or in `ABSOLUTE` have relative errors."""
-ABSOLUTE = ("size", "diameter")
-"""Kinds of measurement with additive errors and without a meter scale."""
-GAUGED = (*ABSOLUTE, "Ra")
-"""Kinds of measurement of single parts."""
-YES_OR_NO = "burn"
-"""Kind of measurement with the values 1 and 0; its prediction is the logit of the probability."""
+ABSOLUTE = ("size", "diameter")  #: kinds of measurement with additive errors and without a meter scale
+GAUGED = (*ABSOLUTE, "Ra")  #: kinds of measurement of single parts
+YES_OR_NO = "burn"  #: kind of measurement with the values 1 and 0; its prediction is the logit of the probability
 
 
 @dataclass(frozen=True, slots=True)

@@ -16,28 +16,19 @@ from grind_env.shop.calibrate.stroke_schedule import Pattern
 with needing("shop", "a calibration needs"):
     from scipy import optimize
 
-SAME_FEED = 1.04
-"""Feed factor between a machine and its model up to which there is no override."""
-ENOUGH_PARTS, MOST_PARTS = 3, 0.75
-"""Least number of parts, and share of them, whose common feed factor is no override."""
-MATCHES = 0.5
-"""Least correlation of a run or an execution that counts as found in the log."""
-ALIKE_RUNS = 4.0
-"""Greatest factor between the gain (power over expected power) of a run and of the other runs."""
+SAME_FEED = 1.04  #: feed factor between a machine and its model up to which there is no override
+ENOUGH_PARTS, MOST_PARTS = 3, 0.75  #: least number of parts, and share of them, whose common feed factor is no override
+MATCHES = 0.5  #: least correlation of a run or an execution that counts as found in the log
+ALIKE_RUNS = 4.0  #: greatest factor between the gain (power over expected power) of a run and of the other runs
+#: a run is not as programmed if its residual exceeds `ODD` times the others' and its correlation is below `POOR`
 ODD, POOR = 3.0, 0.8
-"""A run is not as programmed if its residual exceeds `ODD` times the others' and its correlation is below `POOR`."""
-FINE = 0.05
-"""Shortest time of which a sample is taken to be the mean, s."""
-MARGIN = 2.0
-"""Time before and after a run that is compared, too, s."""
-FEWEST = 5
-"""Least number of samples for a correlation."""
-LEAST = 1e-9
-"""Share of a value below which another value counts as 0."""
-PASSES = 4
-"""Greatest number of passes over all runs; in each pass a run may move by one stroke."""
+FINE = 0.05  #: shortest time of which a sample is taken to be the mean, s
+MARGIN = 2.0  #: time before and after a run that is compared, too, s
+FEWEST = 5  #: least number of samples for a correlation
+LEAST = 1e-9  #: share of a value below which another value counts as 0
+PASSES = 4  #: greatest number of passes over all runs; in each pass a run may move by one stroke
+#: start of the search: no change; 0.2 s later; a feed with which the run ends 0.2 s earlier
 SIMPLEX = ((0.0, 0.0), (2.0, 0.0), (0.0, 1.0))
-"""Start of the search: no change; 0.2 s later; a feed with which the run ends 0.2 s earlier."""
 
 
 @dataclass(frozen=True, slots=True)

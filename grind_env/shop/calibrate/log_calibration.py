@@ -32,26 +32,18 @@ from grind_env.shop.calibrate.stroke_schedule import Pattern, RepeatedProgram, p
 from grind_env.shop.calibrate.verdict import Errors
 from grind_env.toml import read_toml
 
-LEAST_POWER_ERROR = 0.002
-"""Least error of the power of a stroke, as a share of the root mean square of all strokes."""
-HOPELESS = 0.3
-"""Error of the fitted power, over its root mean square, above which log and job do not belong together."""
-MOST_RESIDUAL = 2.0
-"""Root mean square of the residuals, in measurement errors, that must be exceeded, too."""
-WRONG_UNIT_FACTOR = 2.5
-"""Factor between measured and modelled power that no job causes, but a wrong unit does."""
+LEAST_POWER_ERROR = 0.002  #: least error of the power of a stroke, as a share of the root mean square of all strokes
+HOPELESS = 0.3  #: error of the fitted power, over its root mean square, above which log and job do not belong together
+MOST_RESIDUAL = 2.0  #: root mean square of the residuals, in measurement errors, that must be exceeded, too
+WRONG_UNIT_FACTOR = 2.5  #: factor between measured and modelled power that no job causes, but a wrong unit does
+#: greatest difference between 3 and the decimal logarithm of measured over modelled power if W and kW are confused
 FACTOR_1000_TOLERANCE = 0.7
-"""Greatest difference between 3 and the decimal logarithm of measured over modelled power if W and kW are confused."""
-HOPELESS_ROUGHNESS = 1.0
-"""Error of the logarithm of Ra above which Ra is in another unit or of another part."""
-LINES = 1_000_000
-"""Number above the number of lines of any program."""
+HOPELESS_ROUGHNESS = 1.0  #: error of the logarithm of Ra above which Ra is in another unit or of another part
+LINES = 1_000_000  #: number above the number of lines of any program
+#: logarithmic standard deviation of the scale of a meter in % whose rating is stated by the map or the job
 STATED_SCALE_SPREAD = 0.02
-"""Logarithmic standard deviation of the scale of a meter in % whose rating is stated by the map or the job."""
-REPORTED_DEVIATION = 1.5
-"""Deviation of a fitted scale that is reported, in standard deviations."""
-MOST_NAMED_RUNS = 3
-"""Greatest number of left-out runs that a remark names."""
+REPORTED_DEVIATION = 1.5  #: deviation of a fitted scale that is reported, in standard deviations
+MOST_NAMED_RUNS = 3  #: greatest number of left-out runs that a remark names
 
 
 def calibrate(

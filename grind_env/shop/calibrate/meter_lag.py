@@ -11,24 +11,15 @@ from grind_env.shop.calibrate.power_logs import Log, averaged
 from grind_env.shop.calibrate.stroke_matching import ENOUGH_QUALITY, align
 from grind_env.shop.calibrate.stroke_schedule import Pattern
 
-NEEDED = 0.7
-"""Least median correlation of the runs at which a log is taken to be of the program."""
-FINEST = 0.05
-"""Shortest interval of rows, s; rows closer together are averaged."""
-LAGS = (0.05, 0.1, 0.2, 0.4)
-"""Time constants of the meter that are tried, s."""
-LONG_LAGS = (0.5, 1.0, 2.0)
-"""Longer time constants, s, tried if the strokes are not clear without one."""
-STEP, LEAST_STEP = 1.41, 1.03
-"""First and last factor of the steps that refine the time constant."""
-LONG_LAG_GAIN = 0.02
-"""Least gain of correlation by a long time constant."""
-LONGEST_INTERVAL = 0.2
-"""Longest interval of rows at which a time constant can be found, s."""
-SHORT_LAG_GAIN = 0.002
-"""Least gain of correlation by a short time constant."""
-LAG_RUNS = 6
-"""Number of runs in which the time constant is searched."""
+NEEDED = 0.7  #: least median correlation of the runs at which a log is taken to be of the program
+FINEST = 0.05  #: shortest interval of rows, s; rows closer together are averaged
+LAGS = (0.05, 0.1, 0.2, 0.4)  #: time constants of the meter that are tried, s
+LONG_LAGS = (0.5, 1.0, 2.0)  #: longer time constants, s, tried if the strokes are not clear without one
+STEP, LEAST_STEP = 1.41, 1.03  #: first and last factor of the steps that refine the time constant
+LONG_LAG_GAIN = 0.02  #: least gain of correlation by a long time constant
+LONGEST_INTERVAL = 0.2  #: longest interval of rows at which a time constant can be found, s
+SHORT_LAG_GAIN = 0.002  #: least gain of correlation by a short time constant
+LAG_RUNS = 6  #: number of runs in which the time constant is searched
 
 
 def find_program(log: Log, pattern: Pattern, expected: Floats) -> tuple[Alignment, float]:

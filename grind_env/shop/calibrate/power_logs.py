@@ -18,20 +18,17 @@ from grind_env.shop.measurements.measured_sheet import MOST_TIME, WATTS, Sheet, 
 
 LEAST_ROWS = 30
 SECONDS = {"s": 1.0, "sec": 1.0, "sek": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0, "days": DAY}
+#: range of times since 1970 in each unit, from the year 1985 to 2128
 SINCE_1970 = {unit: (5e8 / SECONDS[unit], 5e9 / SECONDS[unit]) for unit in ("ms", "us", "ns")}
-"""Range of times since 1970 in each unit, from the year 1985 to 2128."""
+#: last day number of a spreadsheet (year 2173); step between rows, days, below which a time without unit is in days
 LAST_DAY, STEP_OF_DAYS = 1e5, 2e-4
-"""Last day number of a spreadsheet (year 2173); step between rows, days, below which a time without unit is in days."""
-OVERLAP = 3
-"""Number of rows after a clock was set back that earlier rows reach beyond."""
-SMALL = 0.02
-"""Share of the machine's power limit that a power in W exceeds somewhere; a lower power is in kW."""
-GAP, LEAST_GAP = 8.0, 0.5
-"""Multiple of the usual step, and time, s, that a step must exceed to be a gap."""
+OVERLAP = 3  #: number of rows after a clock was set back that earlier rows reach beyond
+SMALL = 0.02  #: share of the machine's power limit that a power in W exceeds somewhere; a lower power is in kW
+GAP, LEAST_GAP = 8.0, 0.5  #: multiple of the usual step, and time, s, that a step must exceed to be a gap
+#: ratio of the number of different times to the number of rows, below which a clock is coarser than the log
 COARSE = 0.7
-"""Ratio of the number of different times to the number of rows, below which a clock is coarser than the log."""
+#: logarithmic standard deviation of a meter's scale: W, % of a stated rating, A with known volts, % of a guess, A
 EXACT, SHARE, AMPERES, GUESSED, UNKNOWN = 0.02, 0.05, 0.08, 0.3, 1.0
-"""Logarithmic standard deviation of a meter's scale: W, % of a stated rating, A with known volts, % of a guess, A."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -24,8 +24,7 @@ from grind_env.toml import toml_value
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-BARE_KEY = re.compile("[A-Za-z0-9_-]+")
-"""A key that TOML takes without quotes."""
+BARE_KEY = re.compile("[A-Za-z0-9_-]+")  #: a key that TOML takes without quotes
 
 
 @dataclass(frozen=True, slots=True)

@@ -31,20 +31,17 @@ from grind_env.shop.calibrate.stroke_schedule import Pattern
 with needing("shop", "a calibration needs"):
     from scipy import fft
 
+#: greatest step between places in the log that are tried, s; the step is the interval of its rows, at least `FINE`
 COARSE = 0.2
-"""Greatest step between places in the log that are tried, s; the step is the interval of its rows, at least `FINE`."""
-LOWEST, HIGHEST = 0.5, 1.5
-"""Lowest and highest feed override that is searched."""
+LOWEST, HIGHEST = 0.5, 1.5  #: lowest and highest feed override that is searched
+#: logarithmic standard deviation of overrides; an explanation of the log without an override is preferred
 USUAL_OVERRIDE = 0.2
-"""Logarithmic standard deviation of overrides; an explanation of the log without an override is preferred."""
-SHORTEST_PAUSE = 0.3
-"""Least share of the programmed pause between two runs."""
+SHORTEST_PAUSE = 0.3  #: least share of the programmed pause between two runs
+#: least log-likelihood that a further execution must add, as a share of the mean of the earlier ones; less is noise
 LEAST_EXECUTION_GAIN = 0.03
-"""Least log-likelihood that a further execution must add, as a share of the mean of the earlier ones; less is noise."""
+#: greatest factor between the gain (power over expected power) of an execution and of the most likely one
 MOST_GAIN_RATIO = 2.0
-"""Greatest factor between the gain (power over expected power) of an execution and of the most likely one."""
-ENOUGH_QUALITY = 0.9
-"""Median correlation from which on no other unit of time is tried."""
+ENOUGH_QUALITY = 0.9  #: median correlation from which on no other unit of time is tried
 MOST_EXECUTIONS = 150
 
 

@@ -12,33 +12,26 @@ from grind_env.shop.calibrate.meter_lag import sharpened
 from grind_env.shop.calibrate.power_logs import Log
 from grind_env.shop.calibrate.stroke_schedule import Pattern
 
+#: least relative error of a model of the power of a stroke, and of a block of strokes that cross
 DISCREPANCY, DISCREPANCY_ACROSS = 0.01, 0.03
-"""Least relative error of a model of the power of a stroke, and of a block of strokes that cross."""
+#: shares of the time on the part, and of the time beside it, that are left out at begin and end: the wheel runs in and
+#: out, and meters lag
 EDGE_IN, EDGE_OUT = 0.35, 0.1
-"""Shares of the time on the part, and of the time beside it, that are left out at begin and end: the wheel runs in and
-out, and meters lag."""
-ENOUGH = 5
-"""Least number of samples a stroke for a mean of each stroke; with fewer there is one mean for each run."""
+ENOUGH = 5  #: least number of samples a stroke for a mean of each stroke; with fewer there is one mean for each run
+#: time that a table takes to turn, s. If a meter lags by more, the idle power is read in longer pauses, and short
+#: strokes are averaged over all samples from the first stroke of a run until after the last
 TURNS = 0.2
-"""Time that a table takes to turn, s. If a meter lags by more, the idle power is read in longer pauses, and short
-strokes are averaged over all samples from the first stroke of a run until after the last."""
+#: time at the ends of a long pause in which the idle power is read, in lags of the meter; at least a stroke's time
 LAGS = 2.0
-"""Time at the ends of a long pause in which the idle power is read, in lags of the meter; at least a stroke's time."""
+#: expected number of rows between strokes above which some must exist, and the least share of them that must exist
 ENOUGH_RESTS, FEW_RESTS = 20.0, 0.2
-"""Expected number of rows between strokes above which some must exist, and the least share of them that must exist."""
-FEWEST = 2
-"""Least number of samples of a stroke or run; with fewer it is left out."""
-NEIGHBOURS = 40
-"""Number of samples between strokes from which the idle power under a stroke is read."""
-HALF, ENOUGH_QUIET = 20, 8
-"""Greatest and least number of samples in pauses on either side of a stroke."""
-FARTHEST = 120.0
-"""Greatest time between a stroke and the samples of its idle power, s."""
-TUKEY = 4.0
-"""Multiple of the scatter from which on a sample has no weight."""
+FEWEST = 2  #: least number of samples of a stroke or run; with fewer it is left out
+NEIGHBOURS = 40  #: number of samples between strokes from which the idle power under a stroke is read
+HALF, ENOUGH_QUIET = 20, 8  #: greatest and least number of samples in pauses on either side of a stroke
+FARTHEST = 120.0  #: greatest time between a stroke and the samples of its idle power, s
+TUKEY = 4.0  #: multiple of the scatter from which on a sample has no weight
 ROUNDS = 4
-SCATTER = 1.4826
-"""Ratio of the standard deviation to the median deviation."""
+SCATTER = 1.4826  #: ratio of the standard deviation to the median deviation
 
 
 def idle_at(

@@ -17,11 +17,10 @@ from grind_env.machine.program_run import GrindingRun
 from grind_env.machine.record import GrindingRecord
 from grind_env.shop.calibrate.exceptions import CalibrationError
 
-PAUSE = 0.5
-"""Greatest time between two strokes of one run, s."""
+PAUSE = 0.5  #: greatest time between two strokes of one run, s
 
+#: share of strokes that run beside motions of the program, below which their places under a feed override are known
 FEW = 0.2
-"""Share of strokes that run beside motions of the program, below which their places under a feed override are known."""
 
 
 class RepeatedProgram:

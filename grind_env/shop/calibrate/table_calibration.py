@@ -27,21 +27,20 @@ from grind_env.shop.calibrate.result import Calibration
 from grind_env.shop.measurements.measured_sheet import MICROMETRES, MILLIMETRES, WATTS, read_sheet
 from grind_env.validation.rig import SHARP, Rig, SetUp
 
+#: settings of a row; `depth` is the depth of the dress
 SETTINGS = ("wheel_speed", "table_speed", "downfeed", "width", "length", "lead", "depth", "volume")
-"""Settings of a row; `depth` is the depth of the dress."""
-RESPONSES = ("power", "Ft", "Fn", "Ra", "wear", "G")
-"""Measured quantities."""
+RESPONSES = ("power", "Ft", "Fn", "Ra", "wear", "G")  #: measured quantities
+#: limits of both: every setting must be readable, and measured values are above 0
 SET, MEASURED = {"bad_share": 0.0}, {"above": 0.0}
-"""Limits of both: every setting must be readable, and measured values are above 0."""
+#: relative errors of a response that is measured once with care
 ERRORS = {"power": 0.05, "Ft": 0.05, "Fn": 0.05, "Ra": 0.1, "wear": 0.15, "G": 0.2}
-"""Relative errors of a response that is measured once with care."""
 FORCES = ("Ft", "Fn")
+#: further constants that settings determine, but a log does not
 BESIDE = ("material.g_ratio_exponent", "wheel.roughness_rate", "wheel.initial_wear")
-"""Further constants that settings determine, but a log does not."""
+#: value of a setting (m/s, mm/s or mm) up to which it counts as missing: with it nothing would be ground
 LEAST_SETTING = 1e-9
-"""Value of a setting (m/s, mm/s or mm) up to which it counts as missing: with it nothing would be ground."""
+#: greatest number of strokes of a setting, far more than a wheel lasts; a fit grinds a setting some hundred times
 MOST_STROKES = 100_000
-"""Greatest number of strokes of a setting, far more than a wheel lasts; a fit grinds a setting some hundred times."""
 
 
 class _Row(NamedTuple):

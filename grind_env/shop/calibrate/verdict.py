@@ -19,16 +19,16 @@ from grind_env.shop.calibrate.least_squares import ABSOLUTE, LINEAR, YES_OR_NO, 
 with needing("shop", "a calibration needs"):
     from scipy import special
 
-WORSE = 1.1
-"""Ratio of the fit's error to the catalogue's error above which the fit is worse."""
+WORSE = 1.1  #: ratio of the fit's error to the catalogue's error above which the fit is worse
+#: probability that the fit is worse, by the scatter between parts (Student); its quantile for errors of measuring
 SURE, NORMAL = 0.9, 1.2816
-"""Probability that the fit is worse, by the scatter between parts (Student); its quantile for errors of measuring."""
+#: logarithm of the likelihood ratio of the burn data, catalogue over fit, above which the fit is worse: 20 times
 CONTRADICTED = 3.0
-"""Logarithm of the likelihood ratio of the burn data, catalogue over fit, above which the fit is worse: 20 times."""
+#: least increase of the error by a worse fit, um and mm; `SLIGHTLY_OTHERS` for other kinds. Where the catalogue is
+#: right to .1 % a fit is off by .3 %
 SLIGHTLY: Mapping[str, float] = {"size": 0.2, "diameter": 0.002}
-"""Least increase of the error by a worse fit, um and mm; `SLIGHTLY_OTHERS` for other kinds. Where the catalogue is
-right to .1 % a fit is off by .3 %."""
 SLIGHTLY_OTHERS = 0.005
+#: uses of a model, each with the kinds of measurement of which one must exist
 PURPOSES: Mapping[str, Collection[str]] = {
     "E and dressing": ("power", "Ft", "Fn"),
     "size": ("size",),
@@ -36,17 +36,16 @@ PURPOSES: Mapping[str, Collection[str]] = {
     "burn": (YES_OR_NO,),
     "wheel wear": ("diameter", "wear", "G"),
 }
-"""Uses of a model, each with the kinds of measurement of which one must exist."""
+#: constants that keep the catalogue's values if the fit predicts a kind of measurement worse, by kind
 CONSTANTS_OF: Mapping[str, Collection[str]] = {
     "size": ("material.heat_factor",),
     "Ra": ("wheel.roughness", "wheel.roughness_rate"),
     YES_OR_NO: ("material.tempering_rise",),
     **dict.fromkeys(PURPOSES["wheel wear"], ("wheel.g_ratio", "material.g_ratio_exponent", "wheel.initial_wear")),
 }
-"""Constants that keep the catalogue's values if the fit predicts a kind of measurement worse, by kind."""
 
+#: by kind of measurement: number of measurements, root mean square error of the catalogue and of the fit
 Errors: TypeAlias = Mapping[str, tuple[int, float, float]]
-"""By kind of measurement: number of measurements, root mean square error of the catalogue and of the fit."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,8 +7,7 @@ import typer
 
 from grind_env.file_arguments import JOB, PROGRAM, Requests, Writes
 
-BATCH = 30
-"""Default number of parts of an advised batch."""
+BATCH = 30  #: default number of parts of an advised batch
 
 ProgramFile = Annotated[Path, typer.Argument(metavar="PROGRAM", help="Part program (.nc)."), PROGRAM]
 JobFile = Annotated[Path | None, typer.Option("--job", help="Job file; default PROGRAM with .toml."), JOB]

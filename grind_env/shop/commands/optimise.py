@@ -12,8 +12,7 @@ from grind_env.files import write_csv
 from grind_env.shop.commands import arguments
 from grind_env.terminal_output import table_console
 
-NOT_BETTER, INFEASIBLE = 3, 4
-"""Exit statuses beside those of every command."""
+NOT_BETTER, INFEASIBLE = 3, 4  #: exit statuses beside those of every command
 
 
 def optimise(

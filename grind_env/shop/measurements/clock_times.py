@@ -9,17 +9,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 DATE = r"\d{1,4}[-./](?:\d{1,2}|[A-Za-z]{3})[-./]\d{1,4}"
+#: groups: date, hours, minutes, seconds with a fraction, half of the day (A or P)
 CLOCK = re.compile(
     rf"(?:({DATE})[ T,_]+)?(?:(\d{{1,3}}):)?(\d{{1,2}}):(\d{{2}}(?:[.,:]\d+)?)\s*(?:([AaPp])[Mm])?"
     r"(?:\s*(?:Z|UTC|[-+]\d{2}:?\d{2}))?"
 )
-"""Groups: date, hours, minutes, seconds with a fraction, half of the day (A or P)."""
 DATES = ("%Y-%m-%d", "%d-%m-%Y", "%m-%d-%Y", "%d-%m-%y", "%m-%d-%y", "%y-%m-%d", "%d-%b-%Y", "%d-%b-%y", "%Y-%b-%d")
 HOUR, DAY = 3600.0, 86_400.0
-CROWD = 20
-"""Rows with the same time, on average, from which on `14:05` is hours and minutes, not minutes and seconds."""
+CROWD = 20  #: rows with the same time, on average, from which on `14:05` is hours and minutes, not minutes and seconds
+#: greatest step back of a clock that has not begun anew, s, by its period: rows out of order, end of summer time
 BACK = {HOUR: 60.0, DAY: 3700.0}
-"""Greatest step back of a clock that has not begun anew, s, by its period: rows out of order, end of summer time."""
 
 
 def clock_seconds(texts: Sequence[str]) -> NDArray[np.float64]:

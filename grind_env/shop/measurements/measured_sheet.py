@@ -23,33 +23,31 @@ from grind_env.message_text import quoted
 from grind_env.shop.measurements.clock_times import CLOCK, DATE, clock_seconds
 
 SEPARATORS = (";", "\t", "|", ",", " ")
-MOST_COLUMNS, MOST_LINES = 1000, 20
-"""Greatest number of columns of a file, and of lines of a quoted cell."""
+MOST_COLUMNS, MOST_LINES = 1000, 20  #: greatest number of columns of a file, and of lines of a quoted cell
+#: numbers that no measurement reaches in any unit, and no time reaches, even in ns since 1970
 MOST_NUMBER, MOST_TIME = 1e12, 1e19
-"""Numbers that no measurement reaches in any unit, and no time reaches, even in ns since 1970."""
+#: rows from which layout and marks are inferred: the last `LOOKED_AT` of the first `HEAD` lines
 LOOKED_AT, HEAD = 200, 5000
-"""Rows from which layout and marks are inferred: the last `LOOKED_AT` of the first `HEAD` lines."""
-USUAL_SHARE = 0.6
-"""Least share of the lines that a separator must divide into columns."""
+USUAL_SHARE = 0.6  #: least share of the lines that a separator must divide into columns
+#: share of unreadable cells, and number of them in consecutive rows, from which on a column is refused
 BAD_SHARE, IN_A_ROW = 0.02, 3
-"""Share of unreadable cells, and number of them in consecutive rows, from which on a column is refused."""
 MISSING = re.compile(r"(?i)-*|ol|o\.l\.|#n/?a|#nv|n/?a|nan|null|[-+]?inf")
 """Text of a cell where nothing was measured."""
 _MARKS = str.maketrans(
     {**dict.fromkeys("\u2212\u2013\u2014", "-"), **dict.fromkeys("\u00a0\u202f\u2009\u2007", " "), "’": "'"}
 )
 _UNIT = re.compile(r"^(.+?)\s*[\[(]([^\[\]()]*)[\])]\s*$")
+#: cell of a line of units
 UNITS = re.compile(
     r"(?i)[\[(]?\s*(ms|s|sec|sek|min|h|us|µs|w|kw|watt|hp|ps|%|a|amp|ampere|mm|µm|um|in|inch|m/min|mm/min|mm/s|m/s|-|°c"
     r"|n|(hh:)?mm:ss(\.\w+)?|)\s*[\])]?"
 )
-"""Cell of a line of units."""
 YES = re.compile("1([.,]0)?|true|y(es)?|on|ja?|ein|x|si?|o(ui)?|aan|burnt?|brand|nok|nio")
 NO = re.compile("0([.,]0)?|false|no?|off|nein|aus|non|nee|uit|none|ok|io|keiner?")
 MILLIMETRES = {"mm": 1.0, "um": 1e-3, "nm": 1e-6, "in": 25.4, "inch": 25.4, "uin": 25.4e-6}
 MICROMETRES = {"um": 1.0, **{unit: 1e3 * factor for unit, factor in MILLIMETRES.items()}}
+#: factors of units; the first unit is the default for a heading without a unit
 WATTS = {"w": 1.0, "watt": 1.0, "kw": 1e3, "hp": 745.7, "ps": 735.5}
-"""Factors of units; the first unit is the default for a heading without a unit."""
 
 
 def _number_with(decimal: str, group: str) -> re.Pattern[str]:
@@ -57,8 +55,8 @@ def _number_with(decimal: str, group: str) -> re.Pattern[str]:
     return re.compile(rf"[-+]?(?:{grouped}|(?:\d+(?:{decimal}\d*)?|{decimal}\d+)(?:[eE][-+]?\d+)?)")
 
 
+#: numbers by their decimal mark; thousands may be set apart by the other mark, blanks or apostrophes
 NUMBERS = {".": _number_with(r"\.", ","), ",": _number_with(",", r"\.")}
-"""Numbers by their decimal mark; thousands may be set apart by the other mark, blanks or apostrophes."""
 _VALUES = (*NUMBERS.values(), CLOCK, re.compile(DATE))
 
 

@@ -16,20 +16,18 @@ from grind_env.shop.optimise.search_problem import SURE, Progress, Variation
 from grind_env.shop.search_options import LIMITS
 from grind_env.shop.trials import LotUse
 
+#: number of finalists, besides steps towards the best program, and levels above 1. A finalist is the cheapest program
+#: with at most a certain share of the limits. These shares lie evenly from that of the best program down to the least,
+#: because many programs that keep the limits in the search exceed them on other lots and machines. The levels above 1
+#: exist because the opposite happens, too
 FINALISTS, LEVELS_ABOVE_LIMIT = 8, (1.12, 1.3, 1.7, 2.5)
-"""Number of finalists, besides steps towards the best program, and levels above 1. A finalist is the cheapest program
-with at most a certain share of the limits. These shares lie evenly from that of the best program down to the least,
-because many programs that keep the limits in the search exceed them on other lots and machines. The levels above 1
-exist because the opposite happens, too."""
+#: number of finalists and of lots in the comparison of a program that the control executes, a thousand times slower
 STEP_BY_STEP = 3, 8
-"""Number of finalists and of lots in the comparison of a program that the control executes, a thousand times slower."""
-FEWER = 4
-"""Divisor of the generations, or programs, of a search without a limit."""
-BUDGET_OVERRUN = 1.2
-"""Multiple of the budget up to which words without each limit are searched."""
+FEWER = 4  #: divisor of the generations, or programs, of a search without a limit
+BUDGET_OVERRUN = 1.2  #: multiple of the budget up to which words without each limit are searched
 
+#: field of a part that has each limit, and its value without the limit
 UNLIMITED = {"rise": ("rise_allowance", 2000.0), "Ra": ("roughness_limit", NO_LIMIT), "size": ("tolerance", NO_LIMIT)}
-"""Field of a part that has each limit, and its value without the limit."""
 
 
 def rank_finalists(

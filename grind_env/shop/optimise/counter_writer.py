@@ -15,8 +15,7 @@ from grind_env.errors import GrindError
 from grind_env.shop.dress_interval import DressInterval
 from grind_env.shop.optimise.word_editing import COMMENT, Edit, ProgramText
 
-KEPT = range(500, 1000)
-"""Variables that the control keeps from run to run."""
+KEPT = range(500, 1000)  #: variables that the control keeps from run to run
 
 _NUMBER = re.compile(r"#[ \t\[]*(\d+)")
 _LINE_END = re.compile(r"\r\n|\r|\n")

@@ -30,8 +30,7 @@ from grind_env.shop.optimise.word_editing import (
     word_of,
 )
 
-_same = partial(math.isclose, rel_tol=1e-6)
-"""Function that compares two values of words up to rounding."""
+_same = partial(math.isclose, rel_tol=1e-6)  #: function that compares two values of words up to rounding
 
 
 class DressTextError(GrindError):

@@ -19,10 +19,8 @@ from grind_env.shop.possible_machines import Fleet
 from grind_env.shop.search_options import INTERVAL, LIMITS
 from grind_env.shop.trials import LotUse, Measures, Trials, most_risk
 
-WORTH_NAMING = 0.01
-"""Least cost of a limit that binds, as a share of the cost or time of a part."""
-NEAR = 0.95
-"""Share of the permitted value from which on a limit is near."""
+WORTH_NAMING = 0.01  #: least cost of a limit that binds, as a share of the cost or time of a part
+NEAR = 0.95  #: share of the permitted value from which on a limit is near
 
 QUANTITIES = {
     "cost": "$",

@@ -35,8 +35,8 @@ from grind_env.shop.possible_machines import require_good
 from grind_env.shop.search_options import LIMITS, SearchOptions
 from grind_env.shop.trials import SAME, LotUse, Trials, lots_text
 
+#: lots of the judgement of a program that the control executes: least number, and number without a time budget
 LEAST_JUDGED, FEW_JUDGED = 8, 16
-"""Lots of the judgement of a program that the control executes: least number, and number without a time budget."""
 
 
 def find_words(

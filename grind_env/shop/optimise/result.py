@@ -111,8 +111,7 @@ class Trade(NamedTuple):
         return self.share <= 1.0
 
 
-TIMES = 40
-"""Number of classes of time, each with its cheapest program."""
+TIMES = 40  #: number of classes of time, each with its cheapest program
 
 
 def cheapest_by_time(trades: Collection[Trade]) -> tuple[Trade, ...]:

@@ -22,25 +22,19 @@ with needing("shop", "the search needs"):
 
 Point = tuple[int, ...]
 
+#: number of points of a generation: per variable, at least, and at most
 PER_VARIABLE, LEAST_POPULATION, MOST_POPULATION = 10, 24, 120
-"""Number of points of a generation: per variable, at least, and at most."""
 GENERATIONS = 40
+#: strategy that found the optimum of Oracle6 with 16 of 16 seeds (SciPy's default: 7 of 8) after some 2600 points
 STRATEGY = "randtobest1bin"
-"""Strategy that found the optimum of Oracle6 with 16 of 16 seeds (SciPy's default: 7 of 8) after some 2600 points."""
-SETTLED = 1e-3
-"""Relative spread of the costs of a generation at which it has settled."""
-AT_ONCE = 64
-"""Greatest number of points between two checks of the clock."""
-MOST_PAIRS = 14
-"""Greatest number of variables with which changes of two at once are tried."""
-COMPARISON_SHARE = 0.3
-"""Share of the time that a search leaves for the comparison of its best programs."""
-MOST_JUDGING = 0.4
-"""Greatest share of the time for the judgement."""
+SETTLED = 1e-3  #: relative spread of the costs of a generation at which it has settled
+AT_ONCE = 64  #: greatest number of points between two checks of the clock
+MOST_PAIRS = 14  #: greatest number of variables with which changes of two at once are tried
+COMPARISON_SHARE = 0.3  #: share of the time that a search leaves for the comparison of its best programs
+MOST_JUDGING = 0.4  #: greatest share of the time for the judgement
+#: greatest time up to the end of the first trial: a multiple of the budget, plus a time, s
 FIRST_TRIAL_FACTOR, FIRST_TRIAL_SECONDS = 1.5, 4.0
-"""Greatest time up to the end of the first trial: a multiple of the budget, plus a time, s."""
-ENOUGH_TRIALS = 100
-"""Number of trials for which a message names the time, if one trial has taken the whole budget."""
+ENOUGH_TRIALS = 100  #: number of trials for which a message names the time, if one trial has taken the whole budget
 
 
 class TimeUp(Exception):

@@ -23,33 +23,28 @@ from grind_env.shop.possible_machines import Fleet, compile_all, fleet_of
 from grind_env.shop.search_options import LIMITS, OptionError, SearchOptions
 from grind_env.shop.trials import CORES, Between, LotUse, Measures, Trials, lots_of, most_risk, risk, trials_of
 
-INFEASIBLE = 1e9
-"""Cost of a program beyond a limit in the search, $, times 1 plus its excess."""
+INFEASIBLE = 1e9  #: cost of a program beyond a limit in the search, $, times 1 plus its excess
 
-DRAWING_SHARE = 0.2
-"""Share of the budget up to which possible machines are drawn."""
-USUAL_RUNS = 50
-"""Usual number of runs of a batch; shorter batches have proportionally more lots."""
+DRAWING_SHARE = 0.2  #: share of the budget up to which possible machines are drawn
+USUAL_RUNS = 50  #: usual number of runs of a batch; shorter batches have proportionally more lots
+#: number of lots of search, comparison and judgement; more if batches are short, fewer if the control executes the
+#: program
 LOTS = {LotUse.SEARCH: 20, LotUse.COMPARISON: 256, LotUse.JUDGEMENT: 256}
-"""Number of lots of search, comparison and judgement; more if batches are short, fewer if the control executes the
-program."""
+#: parts of a batch above which comparison and judgement have at most this number of lots, one on each machine
 MANY_PARTS, FEWEST = 100, 192
-"""Parts of a batch above which comparison and judgement have at most this number of lots, one on each machine."""
+#: greatest factor on the lots of short batches: in the search, which tries thousands of programs, and half of it in the
+#: comparison of hundreds
 MOST_LOTS_FACTOR = 4
-"""Greatest factor on the lots of short batches: in the search, which tries thousands of programs, and half of it in the
-comparison of hundreds."""
+#: range and number of the ratios of E to the programmed E at the begin of a search, as in `grind sweep`
 RATIOS, RATIO_VALUES = (0.5, 2.0), 9
-"""Range and number of the ratios of E to the programmed E at the begin of a search, as in `grind sweep`."""
-FEWER_RATIOS = 4
-"""Intervals in blocks are combined with every n-th ratio only, because there are many."""
+FEWER_RATIOS = 4  #: intervals in blocks are combined with every n-th ratio only, because there are many
 
+#: share of the permitted values for programs in a comparison, so that they keep the limits on other lots, too
 SURE = 0.96
-"""Share of the permitted values for programs in a comparison, so that they keep the limits on other lots, too."""
-LOTS_AT_ONCE = 1280
-"""Lots of all programs together between two checks of the clock."""
+LOTS_AT_ONCE = 1280  #: lots of all programs together between two checks of the clock
 
+#: shares of the way from the programmed words to the best ones, and from the programmed dress interval to the best
 STEPS, PARTS = (0.5, 0.25, 0.75, 1.0), (0.0, 0.5, 1.0)
-"""Shares of the way from the programmed words to the best ones, and from the programmed dress interval to the best."""
 
 Progress = Callable[[str, int], object]
 

@@ -27,6 +27,7 @@ from grind_env.shop.optimise.dress_program_editing import DressText, DressTextEr
 from grind_env.shop.optimise.word_editing import Assignments, ProgramText, Spot, number_text, variable_of, word_of
 from grind_env.shop.search_options import INTERVAL, OptionError, SearchOptions, whole_ends_of
 
+#: column of `BlockSettings` of each value that can be varied
 COLUMNS = {
     "E": block_settings.E,
     "D": block_settings.D,
@@ -36,24 +37,20 @@ COLUMNS = {
     "lead": block_settings.DRESS_FEED,
     "depth": block_settings.DRESS_DEPTH,
 }
-"""Column of `BlockSettings` of each value that can be varied."""
-IN_SCRIPTS = ("J", "L", "lead", "depth", "passes")
-"""Values that can be varied only if the program has a script."""
+IN_SCRIPTS = ("J", "L", "lead", "depth", "passes")  #: values that can be varied only if the program has a script
+#: words that a block takes over from the block before (16-13); E is F of a feed move that is a stroke
 INHERITED = ("E", "J")
-"""Words that a block takes over from the block before (16-13); E is F of a feed move that is a stroke."""
 
 ONE = MILLIMETRE = Decimal(1)
-WHOLE = {"D": (0, 3), "L": (0, 8), "passes": (1, 4)}
-"""Default ranges of whole values."""
-WIDTH = Decimal("2.5")
-"""Picks, leads and depths are tried up to this factor above and below the program's own."""
+WHOLE = {"D": (0, 3), "L": (0, 8), "passes": (1, 4)}  #: default ranges of whole values
+WIDTH = Decimal("2.5")  #: picks, leads and depths are tried up to this factor above and below the program's own
+#: steps of values, metric and in inches; of a lead the steps of its F
 STEPS = {
     "E": (Decimal(100), Decimal(5)),
     "J": (Decimal(".001"), Decimal(".0001")),
     "lead": (Decimal(1), Decimal(".1")),
     "depth": (Decimal(".001"), Decimal(".0001")),
 }
-"""Steps of values, metric and in inches; of a lead the steps of its F."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

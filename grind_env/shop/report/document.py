@@ -29,10 +29,9 @@ if TYPE_CHECKING:
 TEMPLATES = Path(__file__).with_name("templates")
 SUFFIXES = (".html", ".htm")
 TITLE = "Grinding report: "
+#: page that `grind report` recognises as its own: under a default name it replaces no other file
 PAGE = FileKind("page of `grind report`", re.compile(rb"(?s).*<title>" + TITLE.encode()).match)
-"""Page that `grind report` recognises as its own: under a default name it replaces no other file."""
-MOST_LINES, LONGEST_LINE = 400, 1000
-"""Greatest number of lines of a listing, and of characters of a line."""
+MOST_LINES, LONGEST_LINE = 400, 1000  #: greatest number of lines of a listing, and of characters of a line
 
 
 class Section(NamedTuple):

@@ -24,14 +24,10 @@ from grind_env.shop.report.provenance import assumptions, foundations, revisions
 if TYPE_CHECKING:
     from markupsafe import Markup
 
-MOST_ROWS = 30
-"""Greatest number of rows of a table; a longer table shows its first and last rows."""
-LONGEST_LINE = 200
-"""Greatest number of characters of a block in a table."""
-SAFE = 0.95
-"""Parts that are good with less than this probability are at risk."""
-NARROW = 0.1
-"""Unused share of a limit below which it is narrow."""
+MOST_ROWS = 30  #: greatest number of rows of a table; a longer table shows its first and last rows
+LONGEST_LINE = 200  #: greatest number of characters of a block in a table
+SAFE = 0.95  #: parts that are good with less than this probability are at risk
+NARROW = 0.1  #: unused share of a limit below which it is narrow
 
 _WARNING = re.compile(r"^(?P<file>[^\n]*?):(?P<line>\d+): (?P<text>.*)$", re.DOTALL)
 

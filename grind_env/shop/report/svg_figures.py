@@ -11,19 +11,14 @@ from grind_env.render.figures import new_figure
 from grind_env.render.record_plots import draw_panels
 from grind_env.render.series_graphs import Graph, draw_graph
 
-DPI = 96.0
-"""Resolution of pages, px per inch."""
-WIDTH = 864.0 / DPI
-"""Width of a figure, in; on A4, letters of `FONT` are then 7 pt high."""
-PANEL, EDGES = 1.2, 0.7
-"""Height of a panel of a run, and of the edges above and below all panels, in."""
-MARGINS = 1.0, 0.1, 0.4, 0.65
-"""Margins left, right, above and below the panels of a run, in."""
-FONT = 9.0
-"""Font size, pt."""
+DPI = 96.0  #: resolution of pages, px per inch
+WIDTH = 864.0 / DPI  #: width of a figure, in; on A4, letters of `FONT` are then 7 pt high
+PANEL, EDGES = 1.2, 0.7  #: height of a panel of a run, and of the edges above and below all panels, in
+MARGINS = 1.0, 0.1, 0.4, 0.65  #: margins left, right, above and below the panels of a run, in
+FONT = 9.0  #: font size, pt
 COLOURS = {"blue": BLUE, "orange": ORANGE, "green": GREEN, "red": RED, "grey": GREY, "ink": INK, "grid": GRID}
+#: variables of templates/page.css by colour
 VARIABLES = {colour: f"var(--{name})" for name, colour in (COLOURS | {"paper": PAPER, "shade": SHADE}).items()}
-"""Variables of templates/page.css by colour."""
 UNSAID = {"Creator": None, "Date": None, "Format": None, "Type": None}
 
 _TAG = re.compile(r"<[^>]*>")  # texts and attributes contain no tags, because they are escaped

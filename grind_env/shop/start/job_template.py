@@ -11,16 +11,14 @@ from grind_env.examples import FOLDER as EXAMPLES
 from grind_env.pages.job_fields import STAGES, STATIONS, job_rows
 from grind_env.toml import read_toml
 
-EXAMPLE = EXAMPLES / "plate_g82"
-"""Program and job that `grind init` copies, without the endings of their names."""
+EXAMPLE = EXAMPLES / "plate_g82"  #: program and job that `grind init` copies, without the endings of their names
 WIDTH = 110
 
 HEAD = """\
 # Job of a part program: what is ground on which machine, and what a good part is. `grind run part.nc` looks for it
 # under the name part.toml. A key behind a # has the default that stands there; take the # away to change it."""
 
-REPEATED = (STAGES, STATIONS)
-"""Tables that may occur several times."""
+REPEATED = (STAGES, STATIONS)  #: tables that may occur several times
 
 
 def job_template(given: Mapping[str, Any] | None = None) -> str:

@@ -18,16 +18,11 @@ from grind_env.shop.calibrate.stroke_schedule import RepeatedProgram, pattern_of
 from grind_env.shop.start.starter_folder import HERE, LOG, start_folder
 
 PARTS = 2
-PRESSURE = 1.3
-"""Ploughing pressure of the material over the catalogue's; a calibration finds this ratio again."""
-STEP = 0.1
-"""Time between two rows, s."""
-IDLE, DRIFT = 1480.0, 60.0
-"""Idle power of the spindle at the start, and its decrease as the spindle warms up, W."""
-NOISE = 20.0
-"""Standard deviation of the power in a row, W."""
-GAUGING = 12.0
-"""Time that the operator takes between two runs of strokes, s."""
+PRESSURE = 1.3  #: ploughing pressure of the material over the catalogue's; a calibration finds this ratio again
+STEP = 0.1  #: time between two rows, s
+IDLE, DRIFT = 1480.0, 60.0  #: idle power of the spindle at the start, and its decrease as the spindle warms up, W
+NOISE = 20.0  #: standard deviation of the power in a row, W
+GAUGING = 12.0  #: time that the operator takes between two runs of strokes, s
 
 
 def sample_log(programs: Programs, job: Job) -> str:

@@ -11,8 +11,7 @@ from grind_env.shop.start.job_template import EXAMPLE, example_values, job_templ
 
 HERE = Path(__file__).parent
 PROGRAM, JOB, CATALOGUE, NOTEBOOK, LOG = "part.nc", "part.toml", "shop.toml", "first_steps.ipynb", "log.csv"
-OWN = {"wheel": "our_a60j", "machine": "our_grinder"}
-"""Entries of the catalogue that the job names."""
+OWN = {"wheel": "our_a60j", "machine": "our_grinder"}  #: entries of the catalogue that the job names
 
 
 def start_folder(folder: Path) -> list[Path]:

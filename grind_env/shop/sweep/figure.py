@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
+#: colour, dashes and mark of each line; dashes and marks also differ in grey
 LINES = (
     (BLUE, "-", "s"),
     (ORANGE, "--", "^"),
@@ -26,11 +27,9 @@ LINES = (
     ("#5aa0d0", "--", "<"),
     ("#444444", "-.", ">"),
 )
-"""Colour, dashes and mark of each line; dashes and marks also differ in grey."""
 BEST = (GREEN, "-", "o")
 LOOKS = dict(zip((*LIMITS, RISK), LINES, strict=False))
-DEAREST = 4.0
-"""Highest cost on the axis, as a multiple of the best cost."""
+DEAREST = 4.0  #: highest cost on the axis, as a multiple of the best cost
 AXES = {
     "every": "{counted}s from dress to dress",
     "E": "E of the first cycle block, mm/min",

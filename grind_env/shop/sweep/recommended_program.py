@@ -20,12 +20,10 @@ from grind_env.shop.search_options import INTERVAL, options_of
 from grind_env.shop.sweep.study import Sweep, SweepError, SweepPoint, sweep_trials
 from grind_env.shop.trials import most_risk, risk
 
+#: steps of the written values, metric and in inches; of a lead the steps of its F
 EXACT = {"E": (Decimal(1), Decimal(".0001")), "lead": STEPS["lead"], "depth": STEPS["depth"]}
-"""Steps of the written values, metric and in inches; of a lead the steps of its F."""
-NEAR = 0.01
-"""Greatest relative difference of the cost of a part as written, because E, F and infeeds are rounded."""
-ROUNDING = 0.001
-"""Greatest relative difference of E as written."""
+NEAR = 0.01  #: greatest relative difference of the cost of a part as written, because E, F and infeeds are rounded
+ROUNDING = 0.001  #: greatest relative difference of E as written
 
 
 class NothingBetter(SweepError):

@@ -26,18 +26,13 @@ from grind_env.shop.trials import LotUse, Measures, Trials, lots_of, most_risk, 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-LOTS, JUDGED_LOTS = 96, 256
-"""Lots of every point, and new lots on which the cheapest point must keep the limits, too."""
-RISK = "risk"
-"""Name of the risk among the limits."""
-POINTS = 9
-"""Number of values of a range of E, lead or depth; with more dress intervals some are left out."""
-AT_ONCE = 16
-"""Number of points that are simulated side by side."""
-VALLEY = 0.02
-"""Greatest extra cost of the dress intervals in the valley, as a share of the best cost."""
+LOTS, JUDGED_LOTS = 96, 256  #: lots of every point, and new lots on which the cheapest point must keep the limits, too
+RISK = "risk"  #: name of the risk among the limits
+POINTS = 9  #: number of values of a range of E, lead or depth; with more dress intervals some are left out
+AT_ONCE = 16  #: number of points that are simulated side by side
+VALLEY = 0.02  #: greatest extra cost of the dress intervals in the valley, as a share of the best cost
+#: means of `Measures` that a point shows without an interval
 MEANS = "seconds", "Ra", "power", "rise", "highest_rise", "size_error", "scrap"
-"""Means of `Measures` that a point shows without an interval."""
 
 
 class SweepError(GrindError):

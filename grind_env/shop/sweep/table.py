@@ -42,8 +42,8 @@ COLUMNS = {
     "limits": Column("limits", _limits, right=True),
 }
 
+#: columns that are left out of a table of several rows if all rows have the same value
 VARIED = ("E", "every", "lead", "depth")
-"""Columns that are left out of a table of several rows if all rows have the same value."""
 
 
 def tables_of(found: Sweep) -> list[Table]:

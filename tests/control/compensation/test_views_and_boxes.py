@@ -12,6 +12,7 @@ from grind_env.control.errors import Place
 from grind_env.control.lookahead import Lookout
 from tests.examples import few
 
+#: blocks between the motions that end a view or may forbid its continuation
 BETWEEN = [
     "G04 P.1",
     "M98 P200",
@@ -25,7 +26,6 @@ BETWEEN = [
     "G40",
     "G42",
 ]
-"""Blocks between the motions that end a view or may forbid its continuation."""
 
 
 def program(seed: int) -> str:
