@@ -12,8 +12,8 @@ transform of the mean as near as possible to the exact one. Two properties stay 
 the growth right after a pulse is adiabatic, and a steady flux gives the exact steady mean.
 
 The growth is within 5 % of the series for steel of 5 to 80 mm, h_t of 1,000 to 6,000 and h_c of 1,000 to 3,000
-W/(m2 K), 0.1 to 300 s after a pulse or in a train of pulses, as long as 1 % of a pulse is left. It is within 5.7 % for
-D2, which conducts less than half as well.
+W/(m2 K), 0.1 to 300 s after a pulse or in a train of pulses, as long as 1 % of a pulse is left; within 5.7 % for D2,
+which conducts less than half as well. In 100 mm of a titanium alloy without fluid it overshoots by up to 12 %.
 """
 
 import math
