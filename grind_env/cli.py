@@ -43,12 +43,12 @@ class GrindCommands(HelpfulGroup):
 
 app = Application(cls=GrindCommands)
 
-Strokes = Annotated[int, typer.Option(help="Strokes of a G81 that nothing ends.")]
+Strokes = Annotated[int, typer.Option(help="Strokes assumed for a G81 without an end.")]
 Acceleration = Annotated[float | None, typer.Option(help="Acceleration of the axes, mm/s2; default of --job, or 1000.")]
-MachineJob = Annotated[Path | None, typer.Option("--job", help="Job file, for dwell, rapids, acceleration."), JOB]
+MachineJob = Annotated[Path | None, typer.Option("--job", help="Job file; adds its times and machine warnings."), JOB]
 Radius = Annotated[
     list[str] | None,
-    typer.Option(help="Radius of dresser or wheel, mm: R for all table entries, T=R for entry T; repeatable."),
+    typer.Option(help="Radius for G41 and G42, mm: R for all offsets, T=R for offset T; repeatable."),
 ]
 
 
@@ -95,8 +95,8 @@ def check(
 ) -> None:
     """Check a program: report all syntax errors, and time and motions.
 
-    All syntax errors are listed (at most 1000); execution stops at the first error. With --job the program is ground as
-    by `grind run`: the time has loading, travel and dresses, and warnings of the machine are printed.
+    All syntax errors are listed (at most 1000), but only the first error of the run. With --job the program is ground
+    as by `grind run`: the time has loading, travel and dresses, and warnings of the machine are printed.
     """
     from grind_env import control
     from grind_env.control.program_check import ended_at, report_record, summary

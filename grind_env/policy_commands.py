@@ -38,8 +38,8 @@ Trust = Annotated[
 FALSE = 1  #: exit status of `grind verify` if a row does not hold
 Split = Annotated[str, typer.Option(help="Drawn contexts: all, inner, interpolation, extrapolation.")]
 
+#: first line of the job that is written beside a program
 PLAYED = "# Written by `grind play`, and replaced when it is written again: change a copy of it.\n"
-"""First line of the job that is written beside a program."""
 PLAYED_JOB = FileKind("job that `grind play` has written", re.compile(re.escape(PLAYED.encode())).match)
 
 

@@ -21,8 +21,7 @@ __all__ = ["TomlError", "files_named", "read_toml", "toml_text", "toml_value", "
 MOST_BYTES = 1_000_000
 #: greatest number of dots in a key; of a key with thousands of names the TOML reader would keep every prefix
 MOST_DOTS = 500
-TEXT = re.compile(rb"\"[^\"]*\"|'[^']*'|#.*")
-"""Strings and comments of a line, whose dots belong to no key."""
+TEXT = re.compile(rb"\"[^\"]*\"|'[^']*'|#.*")  #: strings and comments of a line, whose dots belong to no key
 COMMA = re.compile(rb"=\s*([-+]?\d+),(\d+)")
 BETWEEN_KEYS = re.compile(rb"[^\w\s.-]")
 

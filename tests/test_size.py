@@ -5,8 +5,8 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
 MOST_LINES = {
-    ("grind_env/*.py", "agents/*.py"): 63_590,
-    ("tests/*.py",): 49_940,
+    ("grind_env/*.py", "agents/*.py"): 63_585,
+    ("tests/*.py",): 49_936,
     ("docs/tools/*", ".ci/*"): 1_730,
 }
 

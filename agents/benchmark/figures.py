@@ -19,12 +19,12 @@ from grind_env.policies.score_statistics import CLIP, ScoredRuns
 WIDTH = 9.0  #: width of the figures, inches; at `DPI` a little wider than a page of a repository
 DPI = 110
 
+#: colours of Okabe and Ito, which differ for any colour vision
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
-"""Colours of Okabe and Ito, which differ for any colour vision."""
 DASHES = ("-", "--", ":", "-.")  #: line styles in addition to the colours, for grey prints
 GREY = "#8a8a8a"
+#: colour of the information that a policy sees
 SEES = {"measurements": "#0072B2", "state": "#D55E00", "future": "#000000"}
-"""Colour of the information that a policy sees."""
 MARKS = {"scripted": "o", "planner": "s", "learned": "D"}
 
 

@@ -22,8 +22,8 @@ from grind_env.policies.submitted_rows import track_row, write_rows
 from grind_env.policies.track import BASELINE, MACHINES, TASK
 
 POLICIES = ("plain_gru", "look_ahead", "empirical_rule", *ADAPTERS)  #: policies that run beside the anchors by default
+#: first characters of each file
 FILES = {"track.csv": ",".join(RUN), "track.md": "# The track", ANCHORS: ",".join(OF_ANCHORS)}
-"""First characters of each file."""
 #: measured CPU time of a trial, s; trials of other adapters take about 1 s
 SECONDS = {SCALES: 150.0, TRAINED: 105.0, "calibrated": 20.0, "robust_calibrated": 30.0}
 

@@ -10,8 +10,8 @@ from grind_env.control.macro_formulas import FormulaFault, Tree, Variable, formu
 
 LOOPS = (1, 2, 3)  #: numbers that DO and END may have
 
+#: beginning of a statement; no word of a block begins like this
 BEGIN = re.compile(r"#|(?:IF|WHILE|GOTO|DO|END)[ \t]*(?:[\[#0-9]|$)", re.IGNORECASE)
-"""Beginning of a statement; no word of a block begins like this."""
 _KEYWORD = re.compile(r"[ \t]*(IF|THEN|WHILE|GOTO|DO|END)[ \t]*", re.IGNORECASE)
 _EQUALS = re.compile(r"[ \t]*=[ \t]*")
 _DIGITS = re.compile(r"[ \t]*([0-9]+)")

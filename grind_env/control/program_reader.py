@@ -23,8 +23,8 @@ HIGHEST_PROGRAM = 99_999
 IN_MEMORY_BLOCKS = 50
 
 _FILE = re.compile(r"O([1-9]\d{0,4})\.nc")
+#: a P word that may name a program: its number, or the beginning of an expression
 _CALL = re.compile(rb"[Pp][ \t]*\+?[ \t]*(?:0*([1-9]\d{0,4})(?!\d)|([#\[]))")
-"""A P word that may name a program: its number, or the beginning of an expression."""
 _NAME = re.compile(r"[ \t]*(?:\([^()]*\)[ \t]*)*[Oo]")
 
 

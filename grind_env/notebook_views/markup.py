@@ -15,8 +15,7 @@ MOST_ITEMS = 10  #: most items of a list; a longer list shows its first and last
 MOST_LINES = 60  #: most lines of a listing; further lines are only counted
 LONGEST_LINE = 160  #: most characters in a line of a listing
 
-BAD = "color:#d8433b;font-weight:bold"
-"""Style of a bad value, readable on white and on black."""
+BAD = "color:#d8433b;font-weight:bold"  #: style of a bad value, readable on white and on black
 LEFT, RIGHT = "text-align:left;padding:2px 8px", "text-align:right;padding:2px 8px"
 
 

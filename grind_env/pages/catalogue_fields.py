@@ -11,8 +11,8 @@ from grind_env.files import read_text
 from grind_env.process.catalogue import BUILT_IN
 from grind_env.process.entries import Entry, Quantity, quantities
 
+#: a field of an entry class with the comment behind it
 _COMMENTED = re.compile(r"^    (\w+): Annotated\[.*#\s*(.+)$", re.MULTILINE)
-"""A field of an entry class with the comment behind it."""
 
 
 class EntryKey(NamedTuple):

@@ -27,8 +27,7 @@ MANY_PARTS = 20  #: number of parts from which on groups are made of parts, not 
 
 BLUE, ORANGE, GREEN, RED, GREY = "#1f5f8b", "#d9822b", "#2e8b57", "#b5322b", "#8a8a8a"
 INK, GRID, PAPER = "#1d2329", "#e3e3e3", "#ffffff"
-SHADE = "#efe7da"
-"""Background of strokes that spark out."""
+SHADE = "#efe7da"  #: background of strokes that spark out
 
 
 class Limit(NamedTuple):

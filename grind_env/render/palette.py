@@ -14,25 +14,21 @@ def _colour(text: str) -> Colour:
 PAPER, PANEL, EDGE = _colour("#f4f4f0"), _colour("#ffffff"), _colour("#dddcd5")
 INK, GREY = _colour("#2a2e35"), _colour("#585e67")
 BLUE, ORANGE, BRICK, TEAL = _colour("#2a659a"), _colour("#d9822b"), _colour("#b8402a"), _colour("#4a9a97")
-ORANGE_TEXT, TEAL_TEXT = _colour("#9c530a"), _colour("#276b69")
-"""Orange and teal that are dark enough for text."""
-STRIP = _colour("#e9e8e2")
-"""Background of the block text."""
-DRESSED = _colour("#f7e4cc")
-"""Background of the charts where the wheel was dressed."""
+ORANGE_TEXT, TEAL_TEXT = _colour("#9c530a"), _colour("#276b69")  #: orange and teal that are dark enough for text
+STRIP = _colour("#e9e8e2")  #: background of the block text
+DRESSED = _colour("#f7e4cc")  #: background of the charts where the wheel was dressed
 
 WHEEL, FLANGE, GUARD = _colour("#e0dbcf"), _colour("#8b929c"), _colour("#e4e5e3")
 GRAIN = _colour("#a9a49a")
 TABLE, BED, STEEL, STOCK, BRIGHT = map(_colour, ("#59626e", "#3f4650", "#b4bdc8", "#8d99a8", "#eef2f6"))
 COOLANT, SPARK, DIAMOND = _colour("#bcd9ea"), _colour("#f0a63c"), _colour("#7fc4dd")
 
-WEAR = (_colour("#3a78b5"), _colour("#a27ba4"), _colour("#cf4a2b"))
-"""Colours of a sharp, a used and a dull wheel."""
+WEAR = (_colour("#3a78b5"), _colour("#a27ba4"), _colour("#cf4a2b"))  #: colours of a sharp, a used and a dull wheel
 #: wear-flat area at which the wheel has the middle colour; rules dress at about 0.02, a burning wheel has 0.04
 HALF_DULL = 0.025
 
+#: temper colours of steel: straw, brown, purple, blue
 TEMPER = (_colour("#d9b65c"), _colour("#9a5a33"), _colour("#6b4173"), _colour("#38508f"))
-"""Temper colours of steel: straw, brown, purple, blue."""
 BLUE_RATIO = 1.5  #: ratio of temperature rise to its limit at which a burn is blue
 
 

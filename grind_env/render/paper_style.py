@@ -10,8 +10,8 @@ COLUMN, PAGE = 85.0 / 25.4, 170.0 / 25.4  #: widths of a column and of a page of
 
 FONT = 8.0  #: font size, pt
 
+#: colours of Okabe and Ito, distinct with any colour vision
 COLOURS = ("#000000", "#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00")
-"""Colours of Okabe and Ito, distinct with any colour vision."""
 DASHES = ("-", "--", "-.", ":", "-", "--")  #: line styles beside the colours, for grey prints
 MARKS = ("o", "s", "^", "D", "v", "P")
 

@@ -27,8 +27,8 @@ from tests.machine.harness import CYCLE, HEAD
 
 AWAY = "G80\nG00 Y20.\n"
 BACK = "G00 X-30. Z0\nG00 Y0\n"
+#: feed moves that plunge over the part and rise over it again
 SLOPES = "G80\n#1=0\nWHILE [#1 LT 6] DO 1\nG01 X230. Y-.06 F12000.\nG01 X-30. Y-.05\n#1=#1+1\nEND 1\nG00 Y20.\n"
-"""Feed moves that plunge over the part and rise over it again."""
 
 
 def job(**part: Any) -> Job:

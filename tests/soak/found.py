@@ -16,8 +16,8 @@ OFF = "G80\nG00 Y20.\nM00\n"
 END = "G80\nG00 Y20.\nM30\n"
 PLAIN = HEAD + CYCLE + END
 
+#: dress program that leaves a variable set
 LEAVING = DRESS.replace("N5 G91", "#30=7\nN5 G91").replace("O9100", "O9300")
-"""Dress program that leaves a variable set."""
 GROOVES = "G80\nG18 G00 X20. Z0\nG77 X-2. I1. D0 F200.\nG77 X-4. I1. D0 F200.\nG00 X40.\n"
 
 

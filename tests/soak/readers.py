@@ -40,8 +40,7 @@ TASK = 'base = "power_limited"\nblocks = 4\n[setup]\nwheel = "a60j"\n[catalogue]
 PLANT = "meter:7"
 NAME = "plant.txt"  #: file whose content replaces its name in a command line
 PARTS = "\n[[parts]]\nstock = 0.11\n[parts.factors]\nkA = 1.1\n"
-LEFT_OUT = re.compile(r"^#(\w+ = .)", re.MULTILINE)
-"""Pattern of a commented-out key in the job file of `grind init`."""
+LEFT_OUT = re.compile(r"^#(\w+ = .)", re.MULTILINE)  #: pattern of a commented-out key in the job file of `grind init`
 
 
 @dataclass(frozen=True, slots=True)

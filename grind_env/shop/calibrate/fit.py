@@ -347,7 +347,8 @@ def uncertainty_lines(job: Job, fitted: Fit, source: str, residual: float, drift
     np.fill_diagonal(correlation, 1.0)
     rows = ",\n".join("  [" + ", ".join(f"{each:.8g}" for each in row) + "]" for row in correlation.round(8).tolist())
     return [
-        "# Standard deviations of logarithms (of exponents: of themselves) after the fit, and their correlation;",
+        "# Standard deviations of logarithms (of exponents: of themselves) after the fit, and their correlation; wider",
+        "# than the intervals above, because the exponents of depth, speed and volume are uncertain here, too;",
         "# residual: of the power of a block about the model; drift: of the step of the power level from part to part.",
         "[uncertainty]",
         f"source = {source}",

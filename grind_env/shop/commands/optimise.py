@@ -18,11 +18,11 @@ NOT_BETTER, INFEASIBLE = 3, 4  #: exit statuses beside those of every command
 def optimise(
     program: arguments.ProgramFile,
     job: arguments.JobFile = None,
-    vary: Annotated[str | None, typer.Option(help="E,D,interval (default); J,L; dress lead,depth,passes.")] = None,
-    bounds: Annotated[
-        list[str] | None, typer.Option(help="Ranges, mm/min and runs: E=5000..9000,interval=1..8")
+    vary: Annotated[str | None, typer.Option(help="E,D,interval (default),J,L,lead,depth,passes.")] = None,
+    bounds: Annotated[list[str] | None, typer.Option(help="mm/min, parts a dress: E=5000..9000,interval=1..8")] = None,
+    margin: Annotated[
+        list[str] | None, typer.Option(help="Usable share of power, rise, Ra or size: power=.85.")
     ] = None,
-    margin: Annotated[list[str] | None, typer.Option(help="Usable share of a limit: power=.85; default 1.")] = None,
     confidence: Annotated[float, typer.Option(help="Probability of keeping a limit.")] = 0.95,
     untried: arguments.Untried = False,
     fix: Annotated[list[str] | None, typer.Option(help="Cycle blocks not to change: N80.")] = None,
@@ -39,7 +39,7 @@ def optimise(
     report: arguments.ReportFile = None,
     as_json: arguments.AsJson = False,
 ) -> None:
-    """Optimise a part program: E and D for a lower cost per part.
+    """Optimise a part program: table speed E and dresses D for a lower cost.
 
     The new program is written only if it is significantly cheaper, keeps all limits and is hardly ever dearer
     (docs/howto/improve.md). Exit status 3: nothing better, or your program makes scrap; 4: none keeps the limits.

@@ -33,7 +33,7 @@ def sweep(
 ) -> None:
     """Show cost and limits over E, dress interval, lead and depth.
 
-    With --E the E of all blocks change in proportion. The last column says kept, or the limit that is exceeded most
+    The E of all blocks change in proportion. The last column says kept, or the limit that is exceeded most
     (docs/howto/improve.md). Exit status 3: -o found no cheaper program, or the model calls the program scrap.
     """
     from grind_env.control.cli_options import variables_of

@@ -31,8 +31,7 @@ LOOKED_AT, HEAD = 200, 5000
 USUAL_SHARE = 0.6  #: least share of the lines that a separator must divide into columns
 #: share of unreadable cells, and number of them in consecutive rows, from which on a column is refused
 BAD_SHARE, IN_A_ROW = 0.02, 3
-MISSING = re.compile(r"(?i)-*|ol|o\.l\.|#n/?a|#nv|n/?a|nan|null|[-+]?inf")
-"""Text of a cell where nothing was measured."""
+MISSING = re.compile(r"(?i)-*|ol|o\.l\.|#n/?a|#nv|n/?a|nan|null|[-+]?inf")  #: text of a cell where nothing was measured
 _MARKS = str.maketrans(
     {**dict.fromkeys("\u2212\u2013\u2014", "-"), **dict.fromkeys("\u00a0\u202f\u2009\u2007", " "), "’": "'"}
 )

@@ -7,7 +7,7 @@ from typing import Any
 from grind_env.data_table import Column, Table, table_of
 from grind_env.message_text import printable
 from grind_env.shop.dress_interval import DressInterval
-from grind_env.shop.sweep.study import RISK, Sweep, SweepPoint, best_of_each
+from grind_env.shop.sweep.study import JUDGED_LOTS, RISK, Sweep, SweepPoint, best_of_each
 from grind_env.shop.trials import lots_text
 
 
@@ -101,7 +101,7 @@ def sentences(found: Sweep) -> list[str]:
     said.append(
         f"cheapest: {best.cost.value:.3f} $ a part ({best.cost.low:.3f} to {best.cost.high:.3f}), "
         f"{saved:.3f} $ less than the program as it is; {lots_text(found.lots)}, batches of {found.parts} "
-        f"{found.counted}s (--parts); saving and cost are computed again on new lots"
+        f"{found.counted}s (--parts); cost and saving are then of {JUDGED_LOTS} new lots"
     )
     return said
 
