@@ -1,11 +1,9 @@
-"""Pictures of the environments: `python docs/tools/gallery.py FILE.png` puts eight tasks on one sheet."""
+"""Pictures of the environments: of each task, and of eight tasks on one sheet."""
 
 import io
-import sys
 from dataclasses import replace
 from functools import cache
 from itertools import islice
-from pathlib import Path
 
 from pictures import lighter
 from PIL import Image
@@ -52,7 +50,3 @@ def sheet() -> Image.Image:
         place = (k % COLUMNS) * (WIDTH + GAP), (k // COLUMNS) * (height + GAP)
         page.paste(picture.resize((WIDTH, height), Image.Resampling.LANCZOS), place)
     return page
-
-
-if __name__ == "__main__":
-    Path(sys.argv[1]).write_bytes(png(sheet()))

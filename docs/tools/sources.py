@@ -15,7 +15,7 @@ from commands import commands_page
 from errors import errors_page
 from facts import facts_page
 from flow import flow
-from gallery import png, still
+from gallery import png, sheet, still
 
 from agents.command_line import app as agents_app
 from agents.dressing.table import COLUMNS, read_studies
@@ -69,6 +69,7 @@ def from_code() -> Iterator[Page]:
                 title, _, rest = text.decode().partition("\n")
                 text = f"{title}\n\n![A picture of an episode]({path.stem}.png)\n{rest}".encode()
             yield NOT_TASKS.get(path.name, f"tasks/{path.name}"), text
+    yield "images/gallery.png", png(sheet())
     yield "control/facts.md", facts_page().encode()
     yield "api/errors.md", errors_page(DOCS).encode()
     yield "reference/grind.md", commands_page(grind_app, "grind").encode()
