@@ -74,26 +74,26 @@ class StudyOptions:
 class Study:
     """Study as data."""
 
-    name: str  # name of its command and files
-    title: str  # title of its page
-    trials: Sequence[Any]  # frozen dataclasses; a field `problem` or `task` names the problem
+    name: str  #: name of its command and files
+    title: str  #: title of its page
+    trials: Sequence[Any]  #: frozen dataclasses; a field `problem` or `task` names the problem
     # `run(trial)`: result of a trial, as JSON types. A function of a module, which processes import.
     run: Callable[[Any], Any]
-    columns: Sequence[str] = ()  # columns of the table; by default the fields of trials and results
-    page: Callable[[Found], str] = lambda found: ""  # `page(found)`: Markdown below the title
+    columns: Sequence[str] = ()  #: columns of the table; by default the fields of trials and results
+    page: Callable[[Found], str] = lambda found: ""  #: `page(found)`: Markdown below the title
     # `rows(found)`: rows of the table under `columns`
     rows: Callable[[Found], Iterable[Sequence[object]]] | None = None
-    episodes: int = 1  # evaluation episodes, whose seeds are in every row; 0 for none
+    episodes: int = 1  #: evaluation episodes, whose seeds are in every row; 0 for none
     # `decides(trial)`: further inputs of the result, beside the code of `run`, the trial and its task
     decides: Callable[[Any], object] = lambda trial: None
-    seconds: Callable[[Any], float] = lambda trial: 0.0  # `seconds(trial)`: estimated CPU-seconds
-    trains: bool = True  # whether every row has the versions of Stable-Baselines3 and torch, too
-    prepare: Callable[[], object] = lambda: None  # called before the first trial
+    seconds: Callable[[Any], float] = lambda trial: 0.0  #: `seconds(trial)`: estimated CPU-seconds
+    trains: bool = True  #: whether every row has the versions of Stable-Baselines3 and torch, too
+    prepare: Callable[[], object] = lambda: None  #: called before the first trial
     # `draw(found, folder)`: writes further files, such as the figures of the page
     draw: Callable[[Found, Path], object] = lambda found, folder: None
     # `publish(found, folder)`: writes further files, and returns text to print
     publish: Callable[[Found, Path], str] | None = None
-    files: Mapping[str, str] | None = None  # first characters of further files, by name
+    files: Mapping[str, str] | None = None  #: first characters of further files, by name
 
     def check(self, folder: Path) -> None:
         """Refuse a folder in which other files have the names of the files of this study."""

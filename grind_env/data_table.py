@@ -27,22 +27,22 @@ Kind = Literal["good", "poor", "bad", "code", "dim", ""]
 class Cell(NamedTuple):
     """A cell of a table."""
 
-    text: str  # shown text
-    kind: Kind = ""  # judgement of the value; "" for neither good nor bad
-    below: str = ""  # lines below the text, indented, on a terminal
+    text: str  #: shown text
+    kind: Kind = ""  #: judgement of the value; "" for neither good nor bad
+    below: str = ""  #: lines below the text, indented, on a terminal
 
 
 class Column(NamedTuple):
     """A column of a table."""
 
-    title: str  # heading; a terminal keeps its lines
+    title: str  #: heading; a terminal keeps its lines
     # attribute of the row, such as `cost.low`, or function of the row; by default the entry at the column's index
     value: str | Callable[[Any], object] = ""
-    form: str = ""  # format of a number, as in `format`, such as `.2f`
-    unit: str = ""  # unit of the values, below or behind the title
-    right: bool = False  # whether cells are right-aligned, as numbers are
-    wrap: bool = False  # whether a terminal may break its cells, for sentences
-    factor: float = 1.0  # factor from values to the unit
+    form: str = ""  #: format of a number, as in `format`, such as `.2f`
+    unit: str = ""  #: unit of the values, below or behind the title
+    right: bool = False  #: whether cells are right-aligned, as numbers are
+    wrap: bool = False  #: whether a terminal may break its cells, for sentences
+    factor: float = 1.0  #: factor from values to the unit
 
     @property
     def heading(self) -> str:

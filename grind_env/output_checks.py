@@ -17,7 +17,7 @@ HEAD = 1 << 16  #: number of bytes at the beginning of a file by which its kind 
 class FileKind(NamedTuple):
     """Kind of file that a command may replace or continue although the user has not named it."""
 
-    what: str  # name of these files in a message
+    what: str  #: name of these files in a message
     # whether the first `HEAD` bytes of a file are of this kind; an empty file is always one, because nothing is lost
     known: Callable[[bytes], object]
 

@@ -69,7 +69,7 @@ class Trained:
     """Base of policies that change a trained agent between shifts; `model` is the simulation of the model."""
 
     sees: ClassVar[Sees] = "measurements"
-    agent: Any = None  # trained agent; by default it begins as `robust`
+    agent: Any = None  #: trained agent; by default it begins as `robust`
 
     def begin(self, simulation: Simulation, episodes: int) -> None:
         self.model, self.agent = simulation, self.agent or self._first(simulation)

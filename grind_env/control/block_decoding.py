@@ -30,16 +30,16 @@ class Command:
     """A decoded block; in the same modes, a block is decoded once."""
 
     block: Block
-    modes: Modes  # modes in force at the end of the block
-    code: str | None  # its own motion, cycle, one-shot or G80 code; None if it has none
-    code_word: Word | None  # the word of that code
-    lengths: Mapping[str, Value]  # the X Y Z I J K Q R words
-    words: Mapping[str, Word]  # every word but G and M words, by letter
-    m: tuple[int, ...]  # the M numbers
-    reciprocation_feed: float | None  # E, mm/min; None without an E word
-    tool: tuple[int, int] | None  # entries of the radius and the length table that a T word selects; None without one
-    number_format: NumberFormat  # how the numbers of the block are read
-    in_machine: bool = False  # whether G53 makes its axis words machine coordinates
+    modes: Modes  #: modes in force at the end of the block
+    code: str | None  #: its own motion, cycle, one-shot or G80 code; None if it has none
+    code_word: Word | None  #: the word of that code
+    lengths: Mapping[str, Value]  #: the X Y Z I J K Q R words
+    words: Mapping[str, Word]  #: every word but G and M words, by letter
+    m: tuple[int, ...]  #: the M numbers
+    reciprocation_feed: float | None  #: E, mm/min; None without an E word
+    tool: tuple[int, int] | None  #: entries of the radius and the length table that a T word selects; None without one
+    number_format: NumberFormat  #: how the numbers of the block are read
+    in_machine: bool = False  #: whether G53 makes its axis words machine coordinates
 
     @property
     def action(self) -> str:

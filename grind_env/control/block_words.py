@@ -40,8 +40,8 @@ class Word(NamedTuple):
     whole: str
     point: bool
     decimals: str
-    column: int  # column of the letter in its line, from 1
-    expression: str = ""  # text behind the letter if it is no number; there are no digits until it is evaluated
+    column: int  #: column of the letter in its line, from 1
+    expression: str = ""  #: text behind the letter if it is no number; there are no digits until it is evaluated
 
     def __str__(self) -> str:
         if self.expression:

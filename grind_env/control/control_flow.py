@@ -75,12 +75,12 @@ class Round(NamedTuple):
 class Call:
     """A program under execution."""
 
-    stream: BlockStream  # blocks of the program
-    repeats: int = 0  # number of further calls after this one (L of M98 and G65)
-    interrupt: bool = False  # whether it is a dress or interrupt program, whose M99 leads back into another program
+    stream: BlockStream  #: blocks of the program
+    repeats: int = 0  #: number of further calls after this one (L of M98 and G65)
+    interrupt: bool = False  #: whether it is a dress or interrupt program, whose M99 leads back into another program
     # local variables that G65 assigns, by number; None for a program that G65 has not called
     arguments: Mapping[int, Decimal] | None = None
-    loops: list[Loop] = field(default_factory=list)  # loops under execution, the innermost last
+    loops: list[Loop] = field(default_factory=list)  #: loops under execution, the innermost last
     # state of the variables at earlier jumps back, by the index of their blocks
     rounds: dict[int, "Round"] = field(default_factory=dict)
 

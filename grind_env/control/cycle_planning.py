@@ -40,8 +40,8 @@ class Situation:
     """Context of a cycle block besides its words, mm in program coordinates and mm/min."""
 
     position: Position
-    reciprocating: int | None  # the axis that reciprocates; None if none does
-    secondary: float  # secondary reversal point of that axis in force
+    reciprocating: int | None  #: the axis that reciprocates; None if none does
+    secondary: float  #: secondary reversal point of that axis in force
     maximum_feed: float
 
 

@@ -27,16 +27,16 @@ INCH_RETRACT = 0.508  #: default retract amount e under G70, mm: 0.02 in (D)
 class GroovePlan:
     """The parameters of a grooving cycle; lengths in mm, X as a radius."""
 
-    code: str  # G76 or G77
-    axis: int  # infeed axis; 0 = X, 1 = Y, 2 = Z
-    spacing_axis: int  # axis along which the grooves follow one another
-    start: Position  # position of the tool before the block; the first groove is here
-    bottom: float  # bottom of the grooves, a coordinate of `axis`
-    step: float  # infeed of a step, positive
-    retract: float  # e, distance back after every step but the last; smaller than `step`
-    last: float  # position of the last groove, a coordinate of `spacing_axis`
-    spacing: float  # distance between grooves, positive; 0 if there is one groove only
-    shift: float  # D, signed shift along `spacing_axis` at full depth
+    code: str  #: G76 or G77
+    axis: int  #: infeed axis; 0 = X, 1 = Y, 2 = Z
+    spacing_axis: int  #: axis along which the grooves follow one another
+    start: Position  #: position of the tool before the block; the first groove is here
+    bottom: float  #: bottom of the grooves, a coordinate of `axis`
+    step: float  #: infeed of a step, positive
+    retract: float  #: e, distance back after every step but the last; smaller than `step`
+    last: float  #: position of the last groove, a coordinate of `spacing_axis`
+    spacing: float  #: distance between grooves, positive; 0 if there is one groove only
+    shift: float  #: D, signed shift along `spacing_axis` at full depth
 
     @property
     def depth(self) -> float:

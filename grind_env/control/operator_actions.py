@@ -34,10 +34,10 @@ class Panel:
     """The operator's switches and requests, read by the control between two motions."""
 
     dress_requested: bool = False
-    held: bool = False  # feedhold
+    held: bool = False  #: feedhold
     single_block: bool = False
     override: float = 1.0  #: factor on every feed; 0 holds the axes
-    interrupts: deque[Interrupt] = field(default_factory=deque)  # requests not yet served
+    interrupts: deque[Interrupt] = field(default_factory=deque)  #: requests not yet served
 
     @property
     def holding(self) -> str | None:

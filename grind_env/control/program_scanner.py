@@ -68,9 +68,9 @@ class SourceText(NamedTuple):
 class Text:
     """A text in UTF-8, or in an 8-bit code such as Latin-1, that can be read again and again."""
 
-    name: str  # name of the file, for the places of blocks
-    title: str  # name of the text in messages about the text as a whole
-    open: Callable[[], BinaryIO]  # opens its bytes; a `ControlError` says why they cannot be read
+    name: str  #: name of the file, for the places of blocks
+    title: str  #: name of the text in messages about the text as a whole
+    open: Callable[[], BinaryIO]  #: opens its bytes; a `ControlError` says why they cannot be read
 
 
 @dataclass(frozen=True, slots=True)

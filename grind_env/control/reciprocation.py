@@ -51,20 +51,20 @@ class Underway:
 class Reciprocation:
     """A reciprocating axis."""
 
-    plan: CyclePlan  # the cycle that started it
-    place: Place  # place of the block of that cycle
-    primary: float  # primary reversal point in force, mm
-    secondary: float  # secondary reversal point in force, mm
-    feed: float  # E of the next stroke, mm/min
-    coordinate: float  # coordinate of the axis at the last point of rest, mm
-    free_at: float  # time from which the next stroke can begin, s
-    at: Reversal = Reversal.START  # the last point of rest
-    count: int = 0  # strokes made since the cycle took over
-    dresses: int = 0  # dresses since the cycle took over
-    in_cycle: bool = False  # whether the strokes belong to a G82 or G83 block under execution
-    underway: Underway | None = None  # the stroke in progress
-    feed_reprogrammed: bool = False  # whether a block after the cycle has set `feed`, even to the same number
-    auto_dresses: Rounds = field(init=False)  # auto-dresses by D of the cycle
+    plan: CyclePlan  #: the cycle that started it
+    place: Place  #: place of the block of that cycle
+    primary: float  #: primary reversal point in force, mm
+    secondary: float  #: secondary reversal point in force, mm
+    feed: float  #: E of the next stroke, mm/min
+    coordinate: float  #: coordinate of the axis at the last point of rest, mm
+    free_at: float  #: time from which the next stroke can begin, s
+    at: Reversal = Reversal.START  #: the last point of rest
+    count: int = 0  #: strokes made since the cycle took over
+    dresses: int = 0  #: dresses since the cycle took over
+    in_cycle: bool = False  #: whether the strokes belong to a G82 or G83 block under execution
+    underway: Underway | None = None  #: the stroke in progress
+    feed_reprogrammed: bool = False  #: whether a block after the cycle has set `feed`, even to the same number
+    auto_dresses: Rounds = field(init=False)  #: auto-dresses by D of the cycle
 
     @property
     def axis(self) -> int:

@@ -27,17 +27,17 @@ Words = Mapping[str, str]  #: numbers as written, by letter
 class BlockRun:
     """Run of a program from a cycle block to the next block or the end; the first run includes the beginning."""
 
-    plan: CyclePlan  # parameters of the cycle
-    inch: bool  # whether G70 is in force in its block
-    part: int  # number of its part, from 1
-    strokes: Array  # dtype `STROKE_ROW`, with the infeeds of grooves
-    increments: Array  # additional depth of each stroke over the stroke before it on its part, mm
-    plunged: Array  # whether each stroke is deeper than all before it at some place
-    dresses: Array  # dtype `DRESS_ROW`, but `after` counts `strokes` alone
-    finished: Array  # parts that were taken off the machine, dtype `PART_ROW`
-    judged: bool  # whether a stage of the part has ended, or the part
-    deepest: float  # depth to which the program has led on the part, mm
-    seconds: float  # time of this run, s
+    plan: CyclePlan  #: parameters of the cycle
+    inch: bool  #: whether G70 is in force in its block
+    part: int  #: number of its part, from 1
+    strokes: Array  #: dtype `STROKE_ROW`, with the infeeds of grooves
+    increments: Array  #: additional depth of each stroke over the stroke before it on its part, mm
+    plunged: Array  #: whether each stroke is deeper than all before it at some place
+    dresses: Array  #: dtype `DRESS_ROW`, but `after` counts `strokes` alone
+    finished: Array  #: parts that were taken off the machine, dtype `PART_ROW`
+    judged: bool  #: whether a stage of the part has ended, or the part
+    deepest: float  #: depth to which the program has led on the part, mm
+    seconds: float  #: time of this run, s
 
 
 class Passage(NamedTuple):

@@ -94,10 +94,10 @@ class StandardMemory:
 class TaskShown:
     """Description of the observation of a task."""
 
-    task: str  # name of the task
-    version: int  # version of the tasks
-    entries: tuple[Reading, ...]  # entries of the environment's own observation
-    memories: tuple[MemoryForm, ...] = ()  # memories added by wrappers, the innermost first
+    task: str  #: name of the task
+    version: int  #: version of the tasks
+    entries: tuple[Reading, ...]  #: entries of the environment's own observation
+    memories: tuple[MemoryForm, ...] = ()  #: memories added by wrappers, the innermost first
 
 
 if TYPE_CHECKING:

@@ -67,9 +67,9 @@ class Watch:
         residual: standard deviation of the logarithm of forces that the model does not explain, from a calibration.
     """
 
-    alarm: NDArray[np.bool_]  # whether the last block is an alarm, shape (N,)
-    doubt: NDArray[np.bool_]  # whether the machine probably differs from the model, shape (N,)
-    holds: NDArray[np.bool_]  # whether the forecasts of a machine hold, shape (N,)
+    alarm: NDArray[np.bool_]  #: whether the last block is an alarm, shape (N,)
+    doubt: NDArray[np.bool_]  #: whether the machine probably differs from the model, shape (N,)
+    holds: NDArray[np.bool_]  #: whether the forecasts of a machine hold, shape (N,)
 
     def __init__(self, simulation: Simulation, machines: int, residual: float = 0.0) -> None:
         task, shape = simulation.task, (machines, len(NAMES))

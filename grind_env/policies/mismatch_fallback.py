@@ -29,7 +29,7 @@ class Guarded:
     """
 
     policy: Policy
-    rule: EmpiricalRule = field(default_factory=EmpiricalRule)  # the rule that replaces it
+    rule: EmpiricalRule = field(default_factory=EmpiricalRule)  #: the rule that replaces it
     PREFIX: ClassVar[str] = "guarded:"
 
     @property

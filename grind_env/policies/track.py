@@ -36,12 +36,12 @@ class TrackShift:
 
     # measurements before every block and after the last block, shape (blocks + 1, entries)
     observations: NDArray[np.float32]
-    speeds: Array  # E of every block, mm/min, shape (blocks,)
-    executions: Array  # D of every block, shape (blocks,)
+    speeds: Array  #: E of every block, mm/min, shape (blocks,)
+    executions: Array  #: D of every block, shape (blocks,)
     # cost of every block, $: time, wheel, dresses, late orders, wheel changes, and the price of a part found to be bad;
     # without the cost of handing over a dull wheel, because nobody measures this cost
     cost: Array
-    bad: NDArray[np.bool_]  # whether the part that the block finished was found to be bad
+    bad: NDArray[np.bool_]  #: whether the part that the block finished was found to be bad
 
 
 class Learner(Policy, Protocol):

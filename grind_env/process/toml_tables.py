@@ -45,10 +45,10 @@ class Content:
 
     type: Any  # type of the value: float, int, bool, str, or tuple or Mapping of these
     item: Any  # type of the entries of a tuple or a mapping; else as `type`
-    count: int = 0  # entries of a tuple; 0 for any number
+    count: int = 0  #: entries of a tuple; 0 for any number
     quantity: Quantity | None = None
     choices: tuple[str, ...] = ()
-    optional: bool = False  # whether None is legal, for a value that is left out
+    optional: bool = False  #: whether None is legal, for a value that is left out
 
     @property
     def legal(self) -> str:

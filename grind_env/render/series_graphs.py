@@ -15,15 +15,15 @@ if TYPE_CHECKING:
 class Series:
     """Points of a graph, distinguished by more than their colour."""
 
-    name: str  # name in the legend
-    x: Sequence[float] | Array  # coordinates, in the unit of the axis, shape (N,)
+    name: str  #: name in the legend
+    x: Sequence[float] | Array  #: coordinates, in the unit of the axis, shape (N,)
     # coordinates, in the unit of the axis, shape (N,); in a graph with rows the numbers of the rows, from 0
     y: Sequence[float] | Array
-    color: str  # colour of all points
-    mark: str = "o"  # marker of matplotlib; empty for a line alone
-    size: float = 4.0  # size of a mark, pt
-    hollow: bool = False  # whether marks are rings
-    joined: bool = False  # whether a line joins the points
+    color: str  #: colour of all points
+    mark: str = "o"  #: marker of matplotlib; empty for a line alone
+    size: float = 4.0  #: size of a mark, pt
+    hollow: bool = False  #: whether marks are rings
+    joined: bool = False  #: whether a line joins the points
 
 
 class RuleLine(NamedTuple):
@@ -38,13 +38,13 @@ class RuleLine(NamedTuple):
 class Graph:
     """Graph over one pair of axes."""
 
-    x: str  # heading of the axis, with its unit
-    y: str  # heading of the axis, with its unit
-    series: tuple[Series, ...]  # series; later ones are drawn over earlier ones
-    rules: tuple[RuleLine, ...] = ()  # dashed lines
-    rows: tuple[str, ...] = ()  # names in place of numbers along y, from top to bottom
-    whole: bool = False  # whether x has whole numbers only
-    height: int = 380  # height of the figure in a page, px
+    x: str  #: heading of the axis, with its unit
+    y: str  #: heading of the axis, with its unit
+    series: tuple[Series, ...]  #: series; later ones are drawn over earlier ones
+    rules: tuple[RuleLine, ...] = ()  #: dashed lines
+    rows: tuple[str, ...] = ()  #: names in place of numbers along y, from top to bottom
+    whole: bool = False  #: whether x has whole numbers only
+    height: int = 380  #: height of the figure in a page, px
 
 
 def draw_graph(axes: "Axes", graph: Graph) -> None:

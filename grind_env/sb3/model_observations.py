@@ -23,9 +23,9 @@ PRE_DRESS = "last_pre_dress"
 class ShownForm:
     """Observations and actions of a model."""
 
-    shown: TaskShown  # description in its observation space
-    action_space: spaces.Space[Any]  # its action space
-    name: str  # name of the model, for messages
+    shown: TaskShown  #: description in its observation space
+    action_space: spaces.Space[Any]  #: its action space
+    name: str  #: name of the model, for messages
 
     def view(self, simulation: Simulation) -> "ShownView":
         shown, task = self.shown, simulation.task

@@ -39,9 +39,9 @@ STROKES = Tally._fields.index("strokes")
 class Finding(NamedTuple):
     """Result of one check of the installation."""
 
-    what: str  # name of the check
-    found: str  # result
-    remedy: str = ""  # what to do; empty where all is well
+    what: str  #: name of the check
+    found: str  #: result
+    remedy: str = ""  #: what to do; empty where all is well
 
 
 def findings() -> list[Finding]:

@@ -12,7 +12,7 @@ LONGEST = 20  #: longest interval of a search by default, parts
 class DressInterval:
     """Dress interval: the wheel is dressed in run n, 2 n, 3 n, … of a program, or at every n-th dressing block."""
 
-    every: int  # n
+    every: int  #: n
     # unit of the interval: "part" or "run" for runs that grind one or several parts, "block" for dressing blocks
     of: str = "part"
 

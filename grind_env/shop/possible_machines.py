@@ -54,12 +54,12 @@ class CondemnedError(GrindError):
 class Fleet:
     """Possible machines of a job."""
 
-    uncertainty: Uncertainty  # uncertainty from which the machines are drawn
-    seed: int  # seed of the draws
-    numbers: tuple[int, ...]  # indices of the machines among all draws
-    drawn: int = 0  # number of draws; 0 if the machines need not grind good parts
-    agree: int = 0  # number of draws that grind good parts with the unchanged program
-    spread: float = 1.0  # factor on the variation of lots and parts, inferred from good parts
+    uncertainty: Uncertainty  #: uncertainty from which the machines are drawn
+    seed: int  #: seed of the draws
+    numbers: tuple[int, ...]  #: indices of the machines among all draws
+    drawn: int = 0  #: number of draws; 0 if the machines need not grind good parts
+    agree: int = 0  #: number of draws that grind good parts with the unchanged program
+    spread: float = 1.0  #: factor on the variation of lots and parts, inferred from good parts
 
     def trials_for(self, trials: Trials, use: LotUse, seeds: Sequence[tuple[int, ...]]) -> Trials:
         """Return trials on lots and machines; each use has its own machines if there are 544 or more.

@@ -40,20 +40,20 @@ class OptionError(GrindError):
 class SearchOptions:
     """Options of a search."""
 
-    words: tuple[str, ...] = USUAL  # values to vary, from `VARIED`
-    add: bool = False  # whether words that a cycle block lacks may be added to it
+    words: tuple[str, ...] = USUAL  #: values to vary, from `VARIED`
+    add: bool = False  #: whether words that a cycle block lacks may be added to it
     # lowest and highest value by word, in the units of the program; lead in mm or inches a revolution
     bounds: Mapping[str, tuple[Decimal, Decimal]] = field(default_factory=dict)
-    fixed: frozenset[int] = frozenset()  # N words of the cycle blocks that stay as they are
+    fixed: frozenset[int] = frozenset()  #: N words of the cycle blocks that stay as they are
     # share of each limit that parts must keep, by name of the limit; at most 1, and 1 for limits not named
     margins: Mapping[str, float] = field(default_factory=dict)
     # probability that a part of any lot on any machine keeps each limit, and that each end of an interval holds
     confidence: float = CONFIDENCE
-    untried: bool = False  # whether the program has never run on the machine
-    objective: str = "cost"  # quantity to reduce, from `OBJECTIVES`
+    untried: bool = False  #: whether the program has never run on the machine
+    objective: str = "cost"  #: quantity to reduce, from `OBJECTIVES`
     # highest mean cost, $, and time, s, of a part, by the names cost and seconds
     constraint: Mapping[str, float] = field(default_factory=dict)
-    free: bool = False  # whether equal blocks of equal parts may have different words
+    free: bool = False  #: whether equal blocks of equal parts may have different words
 
     @property
     def quantity(self) -> str:

@@ -70,14 +70,14 @@ _PLUNGE_RISE, _FINISH_RISE = Tally._fields.index("plunge_rise"), Tally._fields.i
 class Measures(NamedTuple):
     """Results of C candidates on N lots: means of a part, shape (C, N), and limits."""
 
-    cost: Array  # $, including scrap and the dull wheel at the end
+    cost: Array  #: $, including scrap and the dull wheel at the end
     seconds: Array
-    Ra: Array  # um
-    power: Array  # highest spindle power above idle, kW; at most the limit of the spindle
-    rise: Array  # highest temperature rise that counts in the last stage, K
-    highest_rise: Array  # highest temperature rise that counts in any stage, K
-    size_error: Array  # absolute size error, um
-    scrap: Array  # share of scrapped parts
+    Ra: Array  #: um
+    power: Array  #: highest spindle power above idle, kW; at most the limit of the spindle
+    rise: Array  #: highest temperature rise that counts in the last stage, K
+    highest_rise: Array  #: highest temperature rise that counts in any stage, K
+    size_error: Array  #: absolute size error, um
+    scrap: Array  #: share of scrapped parts
     # share of each of `LIMITS` that parts stay below with the confidence; 0 without a limit; shape (C, 4)
     ratios: Array
 
@@ -90,15 +90,15 @@ class Measures(NamedTuple):
 class Trials:
     """Trials of a program for a batch of parts, on lots that are the same for all candidates."""
 
-    simulation: JobSimulation  # simulation of the batch
-    runs: int  # runs of the program in the batch
-    seeds: tuple[tuple[int, ...], ...]  # seeds of the lots
-    all_blocks: tuple[BlockOutline, ...]  # the cycle blocks of all runs as they stand in the program
+    simulation: JobSimulation  #: simulation of the batch
+    runs: int  #: runs of the program in the batch
+    seeds: tuple[tuple[int, ...], ...]  #: seeds of the lots
+    all_blocks: tuple[BlockOutline, ...]  #: the cycle blocks of all runs as they stand in the program
     # whether all runs have the same blocks with the same settings, unlike a program that counts its parts
     alike: bool
-    execution: float  # time that the control needs to execute one run of the program, s
-    drift: float = 0.0  # logarithmic standard deviation of a step of the forces from part to part
-    confidence: float = CONFIDENCE  # probability that parts of any lot on any machine keep the limits
+    execution: float  #: time that the control needs to execute one run of the program, s
+    drift: float = 0.0  #: logarithmic standard deviation of a step of the forces from part to part
+    confidence: float = CONFIDENCE  #: probability that parts of any lot on any machine keep the limits
 
     @property
     def lots(self) -> int:

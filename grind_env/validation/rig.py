@@ -82,19 +82,19 @@ class SetUp:
     wheel: str = "a60j"
     dresser: str = "single_point"
     fluid: str = "emulsion"
-    wheel_speed: float = 30.0  # surface speed of the wheel at its new diameter, m/s
-    constant_surface_speed: bool = False  # whether the surface speed is held as the wheel shrinks
-    diameter: float = 300.0  # diameter of the wheel, mm
-    table_speed: float = 200.0  # mm/s
-    downfeed: float = 0.010  # downfeed of each plunge, mm
-    width: float = 20.0  # engaged width, mm
-    length: float = 200.0  # ground length, mm
-    height: float = USUAL_HEIGHT  # height of the part, mm
-    pause: float = 0.5  # time between strokes, off the part, s
-    lead: float = 0.10  # lead of the dress, mm per revolution
-    depth: float = 0.020  # depth of each dress pass, mm
-    diamond_flat: float = 0.0  # wear flat of the diamond, mm
-    changes: Mapping[str, Mapping[str, float]] = field(default_factory=dict)  # changed fields, by kind of entry
+    wheel_speed: float = 30.0  #: surface speed of the wheel at its new diameter, m/s
+    constant_surface_speed: bool = False  #: whether the surface speed is held as the wheel shrinks
+    diameter: float = 300.0  #: diameter of the wheel, mm
+    table_speed: float = 200.0  #: mm/s
+    downfeed: float = 0.010  #: downfeed of each plunge, mm
+    width: float = 20.0  #: engaged width, mm
+    length: float = 200.0  #: ground length, mm
+    height: float = USUAL_HEIGHT  #: height of the part, mm
+    pause: float = 0.5  #: time between strokes, off the part, s
+    lead: float = 0.10  #: lead of the dress, mm per revolution
+    depth: float = 0.020  #: depth of each dress pass, mm
+    diamond_flat: float = 0.0  #: wear flat of the diamond, mm
+    changes: Mapping[str, Mapping[str, float]] = field(default_factory=dict)  #: changed fields, by kind of entry
 
 
 #: changes of a set-up for a part that does not grow with heat, so that only the elastic loop acts

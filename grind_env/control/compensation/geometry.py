@@ -134,9 +134,9 @@ def polyline(*points: Point) -> tuple[PathSegment, ...]:
 class Offset:
     """Distance and side of the centre path from the programmed path."""
 
-    radius: float  # distance, not negative
-    side: int  # 1 left, -1 right, seen along the motion
-    swapped: bool = False  # whether the radius table holds the negative of `radius`, which swaps the sides (15-5)
+    radius: float  #: distance, not negative
+    side: int  #: 1 left, -1 right, seen along the motion
+    swapped: bool = False  #: whether the radius table holds the negative of `radius`, which swaps the sides (15-5)
 
     @classmethod
     def of(cls, table_radius: float, code: str) -> "Offset":

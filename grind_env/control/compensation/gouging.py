@@ -44,8 +44,8 @@ class Passed(NamedTuple):
 class GougeCheck:
     """Comparison of each element with the last ones since the compensation was switched on."""
 
-    count: int = 0  # number of elements so far
-    passed: list[Passed] = field(default_factory=list)  # last elements; element n has index n modulo `COMPARED`
+    count: int = 0  #: number of elements so far
+    passed: list[Passed] = field(default_factory=list)  #: last elements; element n has index n modulo `COMPARED`
     # boxes around their paths, mm, shape (4, `COMPARED`): least coordinates, then negated greatest ones; NaN if empty
     boxes: NDArray[np.float64] = field(default_factory=lambda: np.full((4, COMPARED), math.nan))
 

@@ -37,17 +37,17 @@ class JobProgramError(GrindError):
 class BlockOutline:
     """A cycle block as the program has it."""
 
-    block: Block  # the block as read
-    plan: CyclePlan  # parameters of its cycle
-    inch: bool  # whether its numbers are inches
-    dress: DressPlan | None  # one execution of its dress program; None without a dress program
-    depth: float  # depth that the part gains up to the next cycle block, mm; in a G81 other blocks feed
-    finish: float  # depth of the deepest block of its stage of the part, mm
-    part: int  # number of its part, from 0
-    starts_part: bool  # whether it is the first block on its part
-    finished: int  # number of parts that are taken off before the next block
-    limits: Limits  # limits of its stage of the part
-    counts_all: bool  # whether heat counts over all plunges of that stage
+    block: Block  #: the block as read
+    plan: CyclePlan  #: parameters of its cycle
+    inch: bool  #: whether its numbers are inches
+    dress: DressPlan | None  #: one execution of its dress program; None without a dress program
+    depth: float  #: depth that the part gains up to the next cycle block, mm; in a G81 other blocks feed
+    finish: float  #: depth of the deepest block of its stage of the part, mm
+    part: int  #: number of its part, from 0
+    starts_part: bool  #: whether it is the first block on its part
+    finished: int  #: number of parts that are taken off before the next block
+    limits: Limits  #: limits of its stage of the part
+    counts_all: bool  #: whether heat counts over all plunges of that stage
 
     def words(self, choice: JobChoice) -> Words:
         """Return the words for a choice in this block; a G81 or a block without a dress program takes no D.

@@ -30,13 +30,13 @@ FILES = "files of catalogue entries, added to those of the package; an entry may
 class SchemaRow:
     """Schema of one key."""
 
-    table: str  # its table; "" above all tables
-    key: str  # the key
-    content: Content  # legal values
-    meaning: str  # what it means
-    default: Any = None  # default value; None for none
-    derived: str = ""  # keys that decide its default; "" for a key with a fixed default or none
-    required: bool = False  # whether the key is required
+    table: str  #: its table; "" above all tables
+    key: str  #: the key
+    content: Content  #: legal values
+    meaning: str  #: what it means
+    default: Any = None  #: default value; None for none
+    derived: str = ""  #: keys that decide its default; "" for a key with a fixed default or none
+    required: bool = False  #: whether the key is required
 
     @property
     def holds(self) -> str:

@@ -32,9 +32,9 @@ class ScriptBlock:
     block: Block
     inch: bool
     plan: CyclePlan
-    start: Position  # position of the axes at its start, mm
-    end: Position  # position of the axes at the end of the cycle, mm, before any motion beside the table
-    taken_over: bool  # whether it takes over a reciprocating table
+    start: Position  #: position of the axes at its start, mm
+    end: Position  #: position of the axes at the end of the cycle, mm, before any motion beside the table
+    taken_over: bool  #: whether it takes over a reciprocating table
     dress: DressRun | None
     # depth of its deepest stroke over the part, with the words of the program, mm; 0 if none goes below the surface
     reached: float = 0.0
@@ -42,17 +42,17 @@ class ScriptBlock:
     side_motions: list[Motion] = field(default_factory=list)
     # whether the table then continues to the secondary point, where the next cycle takes over
     to_secondary: bool = False
-    at_secondary: bool = True  # whether the table came to rest there before the way to the next block
+    at_secondary: bool = True  #: whether the table came to rest there before the way to the next block
     # way to the next block from secondary and primary point at the begin of the crossover, then at its end
     rest_times: tuple[RestTimes, ...] = ()
-    gauged: bool = False  # whether the operator gauges or takes off the part before the next block
+    gauged: bool = False  #: whether the operator gauges or takes off the part before the next block
     gauged_on_the_way: bool = False
     gauged_at_rest: bool = False
-    stops: int = 0  # M01 met on the way with the part on the machine
-    ends_part: bool = False  # whether the part is removed, or strokes move to another station
+    stops: int = 0  #: M01 met on the way with the part on the machine
+    ends_part: bool = False  #: whether the part is removed, or strokes move to another station
     # whether the first block on a part follows a loading, and not a change to another station
     loads: bool = True
-    station: int | None = None  # station of its part, from 0; None without stations, or if its strokes meet none
+    station: int | None = None  #: station of its part, from 0; None without stations, or if its strokes meet none
 
     @property
     def strokes_alone(self) -> bool:

@@ -141,7 +141,7 @@ class LearnedPolicy:
     task_name: str
     form: LearnerForm
     name: str
-    machines: str = field(default="", repr=False)  # results are cached by the repr
+    machines: str = field(default="", repr=False)  #: results are cached by the repr
     remark: str = field(default="", repr=False)
     sees: Sees = field(default="measurements", init=False)
 

@@ -39,7 +39,7 @@ class BeliefPlanner:
     is tuned: the table is computed from the simulation.
     """
 
-    members: int = 32  # size of the ensemble; each member has a wheel, a lot and a roughness
+    members: int = 32  #: size of the ensemble; each member has a wheel, a lot and a roughness
     # number of E tried first in a range of E, geometrically spaced; then `speeds` - 1 between the best E's neighbours
     speeds: int = 10
     name: ClassVar[str] = "belief_planner"

@@ -144,19 +144,19 @@ class Tried(NamedTuple):
 class Worth:
     """Table of the remaining cost of an episode with the cheapest later choices, $."""
 
-    course: Coming  # frequencies of coming blocks
-    growth: Array  # nodes of the log of the dulling rate
-    pressure: Array  # nodes of the log of the factor on the pressure of wear flats
-    dull: Array  # nodes of the log of the dullness
-    margin: Array  # spare time before the next due date beyond the nominal work, s; one node in a task without dates
-    lots: Array  # probability of each growth and pressure, shape (growth, pressure)
-    period: int  # number of blocks from due date to due date; 0 without due dates
-    dates: Array  # probabilities of the margins after a date, by the margin before, shape (margin, margin)
-    late: Array  # cost of each margin at a date, $
-    work: Array  # nominal time of a block of each row, s, from which due dates are made
-    choices: Decision  # all choices of E and D
-    before: Array  # remaining cost before a block, $, shape (blocks + 1, rows, growth, pressure, dull, margin)
-    cheapest: Numbers  # index of the best choice, shape (blocks, rows, growth, pressure, dull, margin)
+    course: Coming  #: frequencies of coming blocks
+    growth: Array  #: nodes of the log of the dulling rate
+    pressure: Array  #: nodes of the log of the factor on the pressure of wear flats
+    dull: Array  #: nodes of the log of the dullness
+    margin: Array  #: spare time before the next due date beyond the nominal work, s; one node in a task without dates
+    lots: Array  #: probability of each growth and pressure, shape (growth, pressure)
+    period: int  #: number of blocks from due date to due date; 0 without due dates
+    dates: Array  #: probabilities of the margins after a date, by the margin before, shape (margin, margin)
+    late: Array  #: cost of each margin at a date, $
+    work: Array  #: nominal time of a block of each row, s, from which due dates are made
+    choices: Decision  #: all choices of E and D
+    before: Array  #: remaining cost before a block, $, shape (blocks + 1, rows, growth, pressure, dull, margin)
+    cheapest: Numbers  #: index of the best choice, shape (blocks, rows, growth, pressure, dull, margin)
 
     def ahead(self, block: int) -> Array:
         """Return the cost after a block, by its row and the next block's: shape (rows, rows, nodes of each axis)."""

@@ -51,7 +51,7 @@ class EmpiricalRule:
         volumes: usual volume between two dresses, by kind of part, mm3/mm, shape (N, kinds).
     """
 
-    step: float = 1.5  # largest factor on E from block to block
+    step: float = 1.5  #: largest factor on E from block to block
     # usual volume between two dresses over the conductivity of the work, mm3/mm over W/(m K)
     interval: float = INTERVAL
     name: ClassVar[str] = "empirical_rule"

@@ -80,12 +80,12 @@ class LookAhead:
     """
 
     price: tuple[float, ...]  # price of a wheel of reference dullness, in dress executions, by kind of the coming block
-    growth: tuple[float, ...]  # exponent of the price, by kind of the coming block
-    caution: float = 1.0  # factor on the price of scrap, because few wheels include few of the worst
-    haste: float = 0.0  # price of lost time before a due date, in prices of lateness
-    calm: float = 0.0  # log of the work over the time left at which the chance of a late date is one half
-    layer: float = 0.0  # price of a dress execution, in wheel changes, when as many executions as blocks are left
-    scarcity: float = 0.0  # exponent by which this price rises as fewer executions are left
+    growth: tuple[float, ...]  #: exponent of the price, by kind of the coming block
+    caution: float = 1.0  #: factor on the price of scrap, because few wheels include few of the worst
+    haste: float = 0.0  #: price of lost time before a due date, in prices of lateness
+    calm: float = 0.0  #: log of the work over the time left at which the chance of a late date is one half
+    layer: float = 0.0  #: price of a dress execution, in wheel changes, when as many executions as blocks are left
+    scarcity: float = 0.0  #: exponent by which this price rises as fewer executions are left
     # number of E tried first in a range of E, geometrically spaced; then `speeds` - 1 between the best E's neighbours
     speeds: int = 8
     name: ClassVar[str] = "look_ahead"

@@ -128,7 +128,7 @@ class SpeedLaw:
     gP is useful only in a task with due dates, and gB only in a task whose wheel is changed.
     """
 
-    E: tuple[float, ...]  # E at the reference sharpness, mm/min, by kind of block
+    E: tuple[float, ...]  #: E at the reference sharpness, mm/min, by kind of block
     gA: float
     gF: float
     gH: float
@@ -153,7 +153,7 @@ class DressLaw:
     wP is useful only in a task with due dates, and wB only in a task whose wheel is changed.
     """
 
-    A_dress: tuple[float, ...]  # wear-flat area above which to dress, by kind of block
+    A_dress: tuple[float, ...]  #: wear-flat area above which to dress, by kind of block
     wV: float
     wH: float
     wP: float = 0.0
@@ -235,8 +235,8 @@ class AdaptiveDress(Estimating, DressLaw):
     adapting E.
     """
 
-    E: float  # E of all blocks, mm/min
-    wS: float  # coefficient of the lot severity in the dress criterion
+    E: float  #: E of all blocks, mm/min
+    wS: float  #: coefficient of the lot severity in the dress criterion
     name: ClassVar[str] = "adaptive_dress"
 
     def act(self, observation: NDArray[np.float32], episodes: Episodes | None) -> Decision:

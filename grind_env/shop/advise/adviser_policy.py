@@ -28,14 +28,14 @@ class AdviserPolicy:
     loses the lead when they fail. While the model leads, it decides when to dress, and the rule still decides E.
     """
 
-    model: Policy | None  # policy that uses the model; None for a program that only the control can execute
-    step: float = STEP  # greatest factor on E from block to block of a kind
-    residual: float = 0.0  # logarithmic standard deviation of forces that the model does not follow
+    model: Policy | None  #: policy that uses the model; None for a program that only the control can execute
+    step: float = STEP  #: greatest factor on E from block to block of a kind
+    residual: float = 0.0  #: logarithmic standard deviation of forces that the model does not follow
     # readings of the last block, one for each machine; from the observation if None
     readings: list[BlockReadings] | None = field(init=False, default=None)
-    rules: list[Rule] = field(init=False, repr=False)  # one for each machine
-    watch: Watch | None = field(init=False, repr=False)  # compares readings with forecasts; None without a model
-    leads: NDArray[np.bool_] = field(init=False, repr=False)  # where the model leads, shape (N,)
+    rules: list[Rule] = field(init=False, repr=False)  #: one for each machine
+    watch: Watch | None = field(init=False, repr=False)  #: compares readings with forecasts; None without a model
+    leads: NDArray[np.bool_] = field(init=False, repr=False)  #: where the model leads, shape (N,)
     name: ClassVar[str] = "adviser"
     sees: ClassVar[Sees] = "measurements"
 

@@ -19,7 +19,7 @@ class ComparedReading(NamedTuple):
     unit: str
     read: float
     forecast: float
-    spread: float  # standard deviation of the error of the forecast
+    spread: float  #: standard deviation of the error of the forecast
 
     @property
     def holds(self) -> bool:

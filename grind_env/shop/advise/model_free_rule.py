@@ -52,18 +52,18 @@ LOWERED, BLOCKS = 0.98, 3
 class BlockReadings(NamedTuple):
     """Readings of a block as ratios to their limits; None if not read."""
 
-    peak: float = 0.0  # peak power, W; 0 if not read
-    size: float | None = None  # size of the part that the block finished; negative if too much was ground
+    peak: float = 0.0  #: peak power, W; 0 if not read
+    size: float | None = None  #: size of the part that the block finished; negative if too much was ground
     Ra: float | None = None
-    Ra_before: float | None = None  # Ra of the part before
+    Ra_before: float | None = None  #: Ra of the part before
     burn: bool | None = None
 
 
 class Reduction(NamedTuple):
     """Slower table whose effect is still awaited, for `blocks` blocks."""
 
-    speed: float  # former E, mm/min
-    power: float  # former peak power, W
+    speed: float  #: former E, mm/min
+    power: float  #: former peak power, W
     blocks: int
 
 
@@ -71,9 +71,9 @@ class Reduction(NamedTuple):
 class Rule:
     """Rule for one machine, block by block, from a freshly dressed wheel on."""
 
-    simulation: JobSimulation  # simulation of the program
-    step: float = STEP  # greatest factor on E from block to block of a kind
-    reason: str = field(init=False, default="")  # reason of the last decision
+    simulation: JobSimulation  #: simulation of the program
+    step: float = STEP  #: greatest factor on E from block to block of a kind
+    reason: str = field(init=False, default="")  #: reason of the last decision
 
     def __post_init__(self) -> None:
         """Begin with the E of the program."""

@@ -29,21 +29,21 @@ class ReadingError(GrindError):
 class MachineReadings:
     """Readings of a block, or of a part that it finished; None for a missing reading."""
 
-    block: int | None = None  # number of the block, from 1, to check that no row is missing
-    part: int | None = None  # number of its part, from 1, to check that no row is missing
-    E: float | None = None  # table speed, in the units of the program, if not the advised one
-    D: int | None = None  # dress executions, if not the advised number
+    block: int | None = None  #: number of the block, from 1, to check that no row is missing
+    part: int | None = None  #: number of its part, from 1, to check that no row is missing
+    E: float | None = None  #: table speed, in the units of the program, if not the advised one
+    D: int | None = None  #: dress executions, if not the advised number
     # mean load of the spindle above idle in its last (up to six) full picks since a dress, W
     mean_power: float | None = None
-    first_power: float | None = None  # mean load above idle in its first full picks since a dress, W
-    peak_power: float | None = None  # highest load, W
-    size_error: float | None = None  # stock left on the finished part, um
-    Ra: float | None = None  # roughness of the finished part, um
-    Ra_before: float | None = None  # roughness of the part before, um, if unknown until now
-    burn: bool | None = None  # 1 if the part shows grinding burn, 0 if it was inspected and shows none
-    diameter: float | None = None  # wheel diameter, mm
-    new_wheel: bool | None = None  # 1 if the wheel was changed after the block
-    new_lot: bool | None = None  # 1 if the next part begins a new lot of material
+    first_power: float | None = None  #: mean load above idle in its first full picks since a dress, W
+    peak_power: float | None = None  #: highest load, W
+    size_error: float | None = None  #: stock left on the finished part, um
+    Ra: float | None = None  #: roughness of the finished part, um
+    Ra_before: float | None = None  #: roughness of the part before, um, if unknown until now
+    burn: bool | None = None  #: 1 if the part shows grinding burn, 0 if it was inspected and shows none
+    diameter: float | None = None  #: wheel diameter, mm
+    new_wheel: bool | None = None  #: 1 if the wheel was changed after the block
+    new_lot: bool | None = None  #: 1 if the next part begins a new lot of material
 
     def given(self) -> dict[str, Any]:
         """Return the readings that are not missing, by name."""

@@ -28,14 +28,14 @@ class ReadingsRow(NamedTuple):
     """Unchecked readings of one row."""
 
     table: dict[str, Any]
-    place: str  # place of the row, for messages
+    place: str  #: place of the row, for messages
 
 
 class ReadingSource(Protocol):
     """Source of rows of readings, in the order in which the blocks are ground."""
 
-    repeats_rows: bool  # whether the source repeats the rows of earlier sessions, as a file does
-    accepts_corrections: bool  # whether a refused row may come again, corrected
+    repeats_rows: bool  #: whether the source repeats the rows of earlier sessions, as a file does
+    accepts_corrections: bool  #: whether a refused row may come again, corrected
 
     def next(self, asked: str) -> ReadingsRow | None:
         """Return the next row; None if there is no more. `asked` names the awaited readings."""

@@ -26,11 +26,11 @@ Decide = Callable[[int, MachineReadings | None], JobChoice]
 class BatchResult:
     """Result of a batch."""
 
-    cost: Array  # cost of each part, including scrap, $
-    scrap: Array  # probability that each part is scrap
-    speeds: Array  # E of each block, mm/min
-    executions: Array  # D of each block
-    readings: tuple[MachineReadings, ...]  # readings of each block
+    cost: Array  #: cost of each part, including scrap, $
+    scrap: Array  #: probability that each part is scrap
+    speeds: Array  #: E of each block, mm/min
+    executions: Array  #: D of each block
+    readings: tuple[MachineReadings, ...]  #: readings of each block
 
 
 def as_programmed(simulation: JobSimulation) -> Decide:

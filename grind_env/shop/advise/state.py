@@ -38,17 +38,17 @@ class StateError(GrindError):
 class AdviceOrigin:
     """Inputs behind the advice of a file."""
 
-    inputs: Mapping[str, float | bool | str]  # inputs of the simulation, and the wear of the wheel at the start
-    policy: str  # name of the policy, and a hash of it
+    inputs: Mapping[str, float | bool | str]  #: inputs of the simulation, and the wear of the wheel at the start
+    policy: str  #: name of the policy, and a hash of it
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AdvisedBlock:
     """Ground block with its advice and readings."""
 
-    time: str  # time of the readings, ISO 8601
-    words: Words  # advised words, by letter
-    readings: MachineReadings  # readings of the block
+    time: str  #: time of the readings, ISO 8601
+    words: Words  #: advised words, by letter
+    readings: MachineReadings  #: readings of the block
 
 
 def origin_of(simulation: JobSimulation, policy: Policy, file: Path | None, how: str = "") -> AdviceOrigin:

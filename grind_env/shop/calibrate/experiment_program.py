@@ -34,10 +34,10 @@ MM, INCH = 3, 4  #: decimals that the control reads in mm and in inches
 class Plan(NamedTuple):
     """Test program whose log determines constants."""
 
-    text: str  # text of the program
-    blocks: tuple[tuple[float, float], ...]  # E, mm/min, and pick, mm, of the test blocks
-    power: float  # highest expected share of the power limit
-    rise: float  # highest expected share of the limit of the temperature rise
+    text: str  #: text of the program
+    blocks: tuple[tuple[float, float], ...]  #: E, mm/min, and pick, mm, of the test blocks
+    power: float  #: highest expected share of the power limit
+    rise: float  #: highest expected share of the limit of the temperature rise
 
     def __str__(self) -> str:
         cuts = ", ".join(f"E{feed:.0f} with picks of {pick:.3f} mm" for feed, pick in self.blocks)

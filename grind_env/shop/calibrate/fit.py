@@ -49,11 +49,11 @@ SINGULAR = 1e-6  #: share by which correlations are reduced, so that they may be
 class Linear(NamedTuple):
     """Linearised fit around a point."""
 
-    x: Floats  # variables at the point, in prior spreads
-    rest: Floats  # residuals of the used measurements at the point, in errors of the fit
-    slopes: Floats  # derivatives of the residuals, shape (used, variables)
-    used: NDArray[np.bool_]  # which measurements are used
-    enlarged: Floats  # errors of the fit over `Data.loose_error`, the unit in which fits are compared
+    x: Floats  #: variables at the point, in prior spreads
+    rest: Floats  #: residuals of the used measurements at the point, in errors of the fit
+    slopes: Floats  #: derivatives of the residuals, shape (used, variables)
+    used: NDArray[np.bool_]  #: which measurements are used
+    enlarged: Floats  #: errors of the fit over `Data.loose_error`, the unit in which fits are compared
     # whether the prior of each variable does not change with the width of the free term
     fixed: NDArray[np.bool_]
 
@@ -98,32 +98,32 @@ class RemainingUncertainty(NamedTuple):
     A model that agrees with a log may still be wrong at other speeds and depths.
     """
 
-    parameters: tuple[Parameter, ...]  # constants and fields of the free term
-    spread: Floats  # posterior over prior spread of each
-    covariance: Floats  # their covariance, in prior spreads
+    parameters: tuple[Parameter, ...]  #: constants and fields of the free term
+    spread: Floats  #: posterior over prior spread of each
+    covariance: Floats  #: their covariance, in prior spreads
 
 
 @dataclass(frozen=True, slots=True)
 class Fit:
     """Result of a fit."""
 
-    parameters: tuple[Parameter, ...]  # fitted constants, including undetermined ones
+    parameters: tuple[Parameter, ...]  #: fitted constants, including undetermined ones
     # distance of each constant from its prior, in prior spreads; 0 if undetermined. The nuisances follow: scales, then
     # the drift if a free term was used
     x: Floats
     # posterior over prior spread of each constant, the others being uncertain, too; with the shift that comes from
     # resetting undetermined constants to their priors
     spread: Floats
-    determined: NDArray[np.bool_]  # whether the measurements determine each constant
-    width: float  # width of the free term that was used, as a share of its full width
+    determined: NDArray[np.bool_]  #: whether the measurements determine each constant
+    width: float  #: width of the free term that was used, as a share of its full width
     # logarithm of the factor of each meter whose scale is uncertain, by kind of measurement
     scales: Mapping[str, float]
-    scale_spreads: Mapping[str, float]  # posterior standard deviation of `scales`
-    factors: Mapping[str, float]  # factors by which the errors of each kind were enlarged
-    used: NDArray[np.bool_]  # which measurements were used
-    predicted: Floats  # predictions of all measurements, with the scales
-    nominal: Floats  # predictions with the unchanged catalogue, and the scales that fit it best
-    held_out: Floats  # prediction of each by a fit to the other parts or settings; NaN if there are no others
+    scale_spreads: Mapping[str, float]  #: posterior standard deviation of `scales`
+    factors: Mapping[str, float]  #: factors by which the errors of each kind were enlarged
+    used: NDArray[np.bool_]  #: which measurements were used
+    predicted: Floats  #: predictions of all measurements, with the scales
+    nominal: Floats  #: predictions with the unchanged catalogue, and the scales that fit it best
+    held_out: Floats  #: prediction of each by a fit to the other parts or settings; NaN if there are no others
     remaining: RemainingUncertainty
 
     @property
@@ -144,15 +144,15 @@ class _Place(NamedTuple):
 class FitProblem:
     """Data and parameters of a fit."""
 
-    parameters: tuple[Parameter, ...]  # constants that may change
+    parameters: tuple[Parameter, ...]  #: constants that may change
     # logarithmic standard deviation of a meter's factor, by kind of measurement; only for uncertain meters
     scales: Mapping[str, float]
-    data: Data  # measurements
-    predict: Predict  # prediction of the measurements with changed constants, shape of `data.value`
-    report_stage: Callable[[str], None]  # called with the name of each stage
-    free: tuple[Parameter, ...] = ()  # the free term at its full width; empty for none
-    jumps: bool = False  # whether predictions jump where constants change, as for a wheel that crosses
-    left_out: tuple[str, ...] = ()  # kinds of measurement that are not used
+    data: Data  #: measurements
+    predict: Predict  #: prediction of the measurements with changed constants, shape of `data.value`
+    report_stage: Callable[[str], None]  #: called with the name of each stage
+    free: tuple[Parameter, ...] = ()  #: the free term at its full width; empty for none
+    jumps: bool = False  #: whether predictions jump where constants change, as for a wheel that crosses
+    left_out: tuple[str, ...] = ()  #: kinds of measurement that are not used
 
     @property
     def outside_free_term(self) -> NDArray[np.bool_]:

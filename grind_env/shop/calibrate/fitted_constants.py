@@ -45,14 +45,14 @@ USUAL_FLOOR, USUAL_CEILING = 0.02, 50.0
 class Parameter:
     """Constant to fit."""
 
-    kind: str  # kind of its entry, such as material
-    entry: str  # name of the entry
-    key: str  # field of the entry
-    prior: float  # value in the catalogue
-    spread: float  # prior standard deviation, of the logarithm or of an exponent itself
-    unit: str  # unit of the value
-    low: float  # least legal value
-    high: float  # greatest legal value
+    kind: str  #: kind of its entry, such as material
+    entry: str  #: name of the entry
+    key: str  #: field of the entry
+    prior: float  #: value in the catalogue
+    spread: float  #: prior standard deviation, of the logarithm or of an exponent itself
+    unit: str  #: unit of the value
+    low: float  #: least legal value
+    high: float  #: greatest legal value
 
     @property
     def name(self) -> str:

@@ -44,12 +44,12 @@ YES_OR_NO = "burn"  #: kind of measurement with the values 1 and 0; its predicti
 class Data:
     """Measurements; each array has a value for each measurement."""
 
-    value: Floats  # measured value
+    value: Floats  #: measured value
     # standard error, in the unit of the value for kinds with additive errors, else relative; for yes or no the share of
     # yes that passes for no
     error: Floats
-    kind: NDArray[np.str_]  # kind of measurement, such as power or Ra
-    part: NDArray[np.int64]  # number of its part, from 1, or of its setting in a table
+    kind: NDArray[np.str_]  #: kind of measurement, such as power or Ra
+    part: NDArray[np.int64]  #: number of its part, from 1, or of its setting in a table
 
     @property
     def kinds(self) -> tuple[str, ...]:

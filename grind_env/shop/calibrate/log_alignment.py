@@ -35,12 +35,12 @@ SIMPLEX = ((0.0, 0.0), (2.0, 0.0), (0.0, 1.0))
 class Alignment:
     """Places of the runs of a program in a log; arrays have shape (executions, runs)."""
 
-    begin: Floats  # begin of each run, s of the log
-    override: Floats  # feed override in each run
-    correlation: Floats  # correlation of expected and logged power; NaN if the log has no samples there
-    gain: Floats  # logged power over expected power
-    rest: Floats  # standard deviation of the logged power from the expected power, unit of the log
-    time_unit: float = 1.0  # unit of the log's time, s; 1 unless it was inferred
+    begin: Floats  #: begin of each run, s of the log
+    override: Floats  #: feed override in each run
+    correlation: Floats  #: correlation of expected and logged power; NaN if the log has no samples there
+    gain: Floats  #: logged power over expected power
+    rest: Floats  #: standard deviation of the logged power from the expected power, unit of the log
+    time_unit: float = 1.0  #: unit of the log's time, s; 1 unless it was inferred
 
     @property
     def executions(self) -> int:
@@ -126,7 +126,7 @@ class Around(NamedTuple):
 
     time: Floats
     rest: Floats
-    beside: Floats  # orthonormal shapes that explain everything but the run, shape (samples, ...)
+    beside: Floats  #: orthonormal shapes that explain everything but the run, shape (samples, ...)
 
     def correlate(self, shape: Floats) -> tuple[float, float, float]:
         """Return correlation, gain and residual of an expected power in this log."""

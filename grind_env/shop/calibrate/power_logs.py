@@ -35,17 +35,17 @@ EXACT, SHARE, AMPERES, GUESSED, UNKNOWN = 0.02, 0.05, 0.08, 0.3, 1.0
 class Log:
     """Log of spindle power."""
 
-    time: Floats  # time of each row, s, rising, from any origin
-    power: Floats  # power of the spindle with its idling, W; in the unit of the meter if its scale is unknown
-    dressing: NDArray[np.bool_]  # whether the wheel was being dressed
-    scale_spread: float  # logarithmic standard deviation of the meter's factor; 0 if a map states the factor
-    known_scale: bool  # whether `power` is in W
-    unit: str  # unit of the power in the log
-    sure_of_time: bool  # whether the unit of time is known, so that it need not be inferred
-    remarks: tuple[str, ...]  # sentences on how the file was read
-    full: float | None = None  # power at which a meter in per cent shows 100, W; None for other meters
-    scale: float = 1.0  # factor of the meter if a map states it, else 1; `power` is divided by it
-    lag: float = 0.0  # time constant of the meter, s; 0 if unknown
+    time: Floats  #: time of each row, s, rising, from any origin
+    power: Floats  #: power of the spindle with its idling, W; in the unit of the meter if its scale is unknown
+    dressing: NDArray[np.bool_]  #: whether the wheel was being dressed
+    scale_spread: float  #: logarithmic standard deviation of the meter's factor; 0 if a map states the factor
+    known_scale: bool  #: whether `power` is in W
+    unit: str  #: unit of the power in the log
+    sure_of_time: bool  #: whether the unit of time is known, so that it need not be inferred
+    remarks: tuple[str, ...]  #: sentences on how the file was read
+    full: float | None = None  #: power at which a meter in per cent shows 100, W; None for other meters
+    scale: float = 1.0  #: factor of the meter if a map states it, else 1; `power` is divided by it
+    lag: float = 0.0  #: time constant of the meter, s; 0 if unknown
 
     @property
     def interval(self) -> float:

@@ -97,14 +97,14 @@ class Observations(NamedTuple):
     that crosses.
     """
 
-    execution: Numbers  # execution of the program, from 0
-    stroke: Numbers  # stroke of the program; of several the first one
-    time: Floats  # time of its middle, s of the log
-    power: Floats  # mean power above idle, W; in the unit of the log if the scale of its meter is unknown
-    error: Floats  # standard error of `power`
-    idle: Floats  # power of the idling spindle during the strokes
-    weights: Floats  # weights of the strokes of all executions, shape (observations, executions x strokes)
-    by_stroke: bool  # whether each is of one stroke, except in cycles that cross
+    execution: Numbers  #: execution of the program, from 0
+    stroke: Numbers  #: stroke of the program; of several the first one
+    time: Floats  #: time of its middle, s of the log
+    power: Floats  #: mean power above idle, W; in the unit of the log if the scale of its meter is unknown
+    error: Floats  #: standard error of `power`
+    idle: Floats  #: power of the idling spindle during the strokes
+    weights: Floats  #: weights of the strokes of all executions, shape (observations, executions x strokes)
+    by_stroke: bool  #: whether each is of one stroke, except in cycles that cross
 
 
 def observe(log: Log, pattern: Pattern, found: Alignment) -> Observations:
@@ -179,12 +179,12 @@ def _refuse_without_idle(time: Floats, starts: Floats, stops: Floats, of: Number
 class _Samples(NamedTuple):
     """Samples of a log, sorted by strokes."""
 
-    of: Numbers  # number of the stroke of each sample, or -1
-    above: Floats  # power of each sample above idle, W
-    counts: Numbers  # number of samples of each stroke while the wheel is over the part
-    noise: float  # standard deviation of a sample, W
-    idle: Floats  # idle power under each stroke, W
-    idle_error: Floats  # standard error of `idle`, W
+    of: Numbers  #: number of the stroke of each sample, or -1
+    above: Floats  #: power of each sample above idle, W
+    counts: Numbers  #: number of samples of each stroke while the wheel is over the part
+    noise: float  #: standard deviation of a sample, W
+    idle: Floats  #: idle power under each stroke, W
+    idle_error: Floats  #: standard error of `idle`, W
 
 
 def _tells(samples: _Samples, members: Numbers) -> bool:

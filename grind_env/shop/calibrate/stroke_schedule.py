@@ -71,20 +71,20 @@ class Pattern(NamedTuple):
     A run is a sequence of strokes without an interruption. The time of a dress, a stop or a load is not in the program.
     """
 
-    run: Numbers  # run of the stroke, from 0
-    line: Numbers  # line of its cycle block
-    part: Numbers  # part that it grinds, from 0
+    run: Numbers  #: run of the stroke, from 0
+    line: Numbers  #: line of its cycle block
+    part: Numbers  #: part that it grinds, from 0
     # whether its cycle crosses: a log does not show which share of the width one stroke cuts, but it shows the power of
     # a whole block
     crosses: NDArray[np.bool_]
-    way: Floats  # length of its path along the table, mm
-    near: Floats  # path before the part begins, mm
-    far: Floats  # path up to the end of the part, mm; as `near` if the stroke passes beside the part
-    feed: Floats  # table speed, mm/s
+    way: Floats  #: length of its path along the table, mm
+    near: Floats  #: path before the part begins, mm
+    far: Floats  #: path up to the end of the part, mm; as `near` if the stroke passes beside the part
+    feed: Floats  #: table speed, mm/s
     # time between its motion and the next stroke of its run, s: the reversal, and picks that the table waits for
     rest: Floats
-    pause: Floats  # shortest pause before each run, s, shape (runs,)
-    acceleration: float  # acceleration of the table, mm/s2
+    pause: Floats  #: shortest pause before each run, s, shape (runs,)
+    acceleration: float  #: acceleration of the table, mm/s2
     # whether strokes keep their places under a feed override; they do not if the program moves other axes and dwells
     # beside the table
     overridable: bool

@@ -47,7 +47,7 @@ class _Row(NamedTuple):
     """Row of the table that has a response."""
 
     setting: tuple[tuple[str, float], ...]
-    volume: float  # ground volume, mm3/mm; NaN for a sharp wheel
+    volume: float  #: ground volume, mm3/mm; NaN for a sharp wheel
 
 
 def calibrate_table(

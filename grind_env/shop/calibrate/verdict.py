@@ -52,10 +52,10 @@ Errors: TypeAlias = Mapping[str, tuple[int, float, float]]
 class FitJudgement:
     """Prediction errors of a fit and of the catalogue, by kind of measurement."""
 
-    errors: Errors  # errors of all used measurements
-    held_out: Errors | None  # errors of parts or settings predicted by a fit to the others; None for a single one
-    worse: tuple[str, ...]  # kinds predicted significantly worse than by the catalogue
-    kept: tuple[str, ...] = ()  # kinds that keep the catalogue's constants
+    errors: Errors  #: errors of all used measurements
+    held_out: Errors | None  #: errors of parts or settings predicted by a fit to the others; None for a single one
+    worse: tuple[str, ...]  #: kinds predicted significantly worse than by the catalogue
+    kept: tuple[str, ...] = ()  #: kinds that keep the catalogue's constants
 
     def verdict(self, *, tells_nothing: bool) -> "FitVerdict":
         """Return whether the model may be used, and for what; `tells_nothing` if the fit determined no constant."""
@@ -79,8 +79,8 @@ class FitVerdict:
 
     # good, poor for a model without held-out data, or bad for one that must not be used
     level: Literal["good", "poor", "bad"]
-    headline: str  # the verdict as a sentence
-    uses: tuple[str, ...] = ()  # permitted uses
+    headline: str  #: the verdict as a sentence
+    uses: tuple[str, ...] = ()  #: permitted uses
 
 
 def judge(data: Data, chosen: NDArray[np.bool_], nominal: Floats, predicted: Floats, held_out: Floats) -> FitJudgement:

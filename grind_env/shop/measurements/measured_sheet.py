@@ -79,12 +79,12 @@ class Heading(NamedTuple):
 class Sheet:
     """Rows and columns of a file; a faulty cell gives a `SheetError` that names it."""
 
-    path: Path  # path of the file
-    headings: tuple[Heading, ...]  # headings of the columns; `column 1` and so on if the file has none
-    rows: Sequence[Sequence[str]]  # cells of each row, as texts
-    lines: Sequence[int]  # number of the line in the file where each row begins
-    separator: str  # separator of the columns
-    remarks: list[str]  # sentences on how the file was read; reading a column adds its own
+    path: Path  #: path of the file
+    headings: tuple[Heading, ...]  #: headings of the columns; `column 1` and so on if the file has none
+    rows: Sequence[Sequence[str]]  #: cells of each row, as texts
+    lines: Sequence[int]  #: number of the line in the file where each row begins
+    separator: str  #: separator of the columns
+    remarks: list[str]  #: sentences on how the file was read; reading a column adds its own
 
     def texts(self, column: int) -> list[str]:
         return [row[column] for row in self.rows]

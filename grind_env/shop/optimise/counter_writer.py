@@ -24,10 +24,10 @@ _LINE_END = re.compile(r"\r\n|\r|\n")
 class Counting(NamedTuple):
     """Text of a dress interval in a program."""
 
-    interval: DressInterval  # dress interval to count
-    due: int  # number of the variable that is 1 where a dress is due, else 0
-    counter: int  # number of the counting variable
-    before: tuple[SourceText, ...]  # blocks before which the counting lines are written
+    interval: DressInterval  #: dress interval to count
+    due: int  #: number of the variable that is 1 where a dress is due, else 0
+    counter: int  #: number of the counting variable
+    before: tuple[SourceText, ...]  #: blocks before which the counting lines are written
 
     def word(self, executions: Decimal) -> str:
         """Return the text behind the letter of a D word."""

@@ -41,15 +41,15 @@ class DressTextError(GrindError):
 class DressText:
     """Text of a dress program."""
 
-    simulation: JobSimulation  # simulation of the program that it belongs to
-    text: ProgramText  # text of the file
-    number: int  # its O number
-    run: DressRun  # one execution
-    sources: Sequence[SourceText]  # its blocks
-    feeds: Sequence[tuple[SourceText, Word]]  # F words of the passes with their blocks
+    simulation: JobSimulation  #: simulation of the program that it belongs to
+    text: ProgramText  #: text of the file
+    number: int  #: its O number
+    run: DressRun  #: one execution
+    sources: Sequence[SourceText]  #: its blocks
+    feeds: Sequence[tuple[SourceText, Word]]  #: F words of the passes with their blocks
     # infeed words with their blocks and infeeds, mm, in the order of the passes; empty if the dresser itself advances
     infeeds: Sequence[tuple[SourceText, Word, float]]
-    unit: Decimal  # unit of its words, mm
+    unit: Decimal  #: unit of its words, mm
 
     def own(self, name: str) -> Decimal:
         """Return the written lead, depth or passes, in the units of the program."""

@@ -101,10 +101,10 @@ class ProgramJudge:
 class CostChange(NamedTuple):
     """Change of the objective of a part with other words."""
 
-    one: Interval  # change on one machine
-    mean: Interval  # mean change, with the confidence interval of the mean
-    risk: float  # ratio of new to old cost on a bad machine, as in `Variation.risk`
-    most_risk: float  # greatest permitted `risk`
+    one: Interval  #: change on one machine
+    mean: Interval  #: mean change, with the confidence interval of the mean
+    risk: float  #: ratio of new to old cost on a bad machine, as in `Variation.risk`
+    most_risk: float  #: greatest permitted `risk`
 
     @property
     def is_better(self) -> bool:
@@ -207,8 +207,8 @@ def quantities_of(
 class LimitCost(NamedTuple):
     """Result of the best words without a limit."""
 
-    price: Interval  # saving of the objective, a part
-    share: float  # share of the limit that parts stay below with these words
+    price: Interval  #: saving of the objective, a part
+    share: float  #: share of the limit that parts stay below with these words
 
 
 def limits_of(variation: Variation, old: Measures, new: Measures, costs: dict[str, LimitCost]) -> tuple[LimitUse, ...]:

@@ -45,10 +45,10 @@ class TimeUp(Exception):
 class Budget:
     """Budget of a search: a time, or a number of programs."""
 
-    seconds: float = math.inf  # time, s; infinite if programs are counted
-    programs: float = math.inf  # greatest number of programs of a search; a comparison has a quarter of it
-    judging: float = 0.0  # time reserved for the judgement, s
-    began: float = field(default_factory=lambda: monotonic())  # time of the clock at its begin, s
+    seconds: float = math.inf  #: time, s; infinite if programs are counted
+    programs: float = math.inf  #: greatest number of programs of a search; a comparison has a quarter of it
+    judging: float = 0.0  #: time reserved for the judgement, s
+    began: float = field(default_factory=lambda: monotonic())  #: time of the clock at its begin, s
 
     @property
     def spent(self) -> float:
@@ -92,14 +92,14 @@ class Search:
     # costs of points, shape (C, variables) -> (C,); called once for each point. `TimeUp` from it ends the search
     # without these points
     objective: Callable[[NDArray[np.int64]], Array]
-    counts: Sequence[int]  # number of values of each variable
-    is_up: Callable[[], bool] = lambda: False  # whether the time is up
-    at_once: int = AT_ONCE  # greatest number of points in a call of the objective
+    counts: Sequence[int]  #: number of values of each variable
+    is_up: Callable[[], bool] = lambda: False  #: whether the time is up
+    at_once: int = AT_ONCE  #: greatest number of points in a call of the objective
     # called with the number of points after each call of the objective
     advance: Callable[[int], object] = lambda count: None
-    most: float = math.inf  # greatest number of points to evaluate
-    costs: dict[Point, float] = field(default_factory=dict)  # costs of all points evaluated
-    ended_early: bool = False  # whether the time, or `most`, ended the search
+    most: float = math.inf  #: greatest number of points to evaluate
+    costs: dict[Point, float] = field(default_factory=dict)  #: costs of all points evaluated
+    ended_early: bool = False  #: whether the time, or `most`, ended the search
 
     @property
     def ranked(self) -> list[Point]:

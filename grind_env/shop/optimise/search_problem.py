@@ -53,18 +53,18 @@ class Variation(NamedTuple):
     """Program with variable words."""
 
     programs: Programs
-    text: ProgramText  # text of its file
+    text: ProgramText  #: text of its file
     job: Job
-    runs: int  # number of its runs in a batch
-    seed: int  # seed of lots and search
-    options: SearchOptions  # options of the search
+    runs: int  #: number of its runs in a batch
+    seed: int  #: seed of lots and search
+    options: SearchOptions  #: options of the search
     # variables and intervals; a point of the search has the number of a level for each variable, then of an interval
     choices: SearchSpace
-    margins: Array  # margins of the limits, as shares of them, shape (4,)
-    once: Trials  # one run of the program on the expected lot
-    base: Trials  # the batch of the unchanged program, on any lots
-    budget: Budget  # time or number of programs
-    fleet: Fleet | None = None  # possible machines; None for the machine of the job alone
+    margins: Array  #: margins of the limits, as shares of them, shape (4,)
+    once: Trials  #: one run of the program on the expected lot
+    base: Trials  #: the batch of the unchanged program, on any lots
+    budget: Budget  #: time or number of programs
+    fleet: Fleet | None = None  #: possible machines; None for the machine of the job alone
 
     def trials(self, use: LotUse, lots: int | None = None) -> Trials:
         """Return trials of the unchanged program on the lots and machines of a use; by default the lots of `LOTS`."""

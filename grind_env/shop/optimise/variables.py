@@ -57,13 +57,13 @@ STEPS = {
 class SearchVariable:
     """Value that a search may change."""
 
-    name: str  # one of `VARIED`, except the interval
-    place: str  # its block or program, as tables show it
-    blocks: tuple[int, ...]  # numbers of the cycle blocks of one run to which it applies
-    own: Decimal  # programmed value, in the units of the program; of a lead the F of the passes
-    levels: tuple[Decimal, ...]  # values to try, ascending, in the same units
-    unit: Decimal  # unit of the values, mm
-    at: Spot | DressText  # place in the text: a word of a cycle block, or a dress program
+    name: str  #: one of `VARIED`, except the interval
+    place: str  #: its block or program, as tables show it
+    blocks: tuple[int, ...]  #: numbers of the cycle blocks of one run to which it applies
+    own: Decimal  #: programmed value, in the units of the program; of a lead the F of the passes
+    levels: tuple[Decimal, ...]  #: values to try, ascending, in the same units
+    unit: Decimal  #: unit of the values, mm
+    at: Spot | DressText  #: place in the text: a word of a cycle block, or a dress program
     # the same word in equal blocks of other parts; their blocks are among `blocks`
     twins: tuple["SearchVariable", ...] = ()
 
@@ -92,10 +92,10 @@ class SearchVariable:
 class SearchSpace(NamedTuple):
     """Variables, and sentences on words that cannot be varied."""
 
-    variables: tuple[SearchVariable, ...]  # variables of words and dress programs
+    variables: tuple[SearchVariable, ...]  #: variables of words and dress programs
     # possible dress intervals of blocks with D words; only every part if there is no choice
     intervals: tuple[DressInterval, ...]
-    remarks: tuple[str, ...]  # sentences on words that cannot be varied
+    remarks: tuple[str, ...]  #: sentences on words that cannot be varied
 
 
 def choices_of(

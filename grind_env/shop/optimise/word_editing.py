@@ -54,9 +54,9 @@ class WordEdit(NamedTuple):
 class ProgramText:
     """Text of a program file as the control counts its lines and columns."""
 
-    encoding: str  # encoding of the file
-    mark: str  # the byte order mark, if there is one
-    lines: tuple[str, ...]  # lines with their ends
+    encoding: str  #: encoding of the file
+    mark: str  #: the byte order mark, if there is one
+    lines: tuple[str, ...]  #: lines with their ends
 
     @property
     def text(self) -> str:
@@ -159,7 +159,7 @@ class Spot(NamedTuple):
 
     source: SourceText
     letter: str
-    form: str  # number as it is written, or the form of a new number
+    form: str  #: number as it is written, or the form of a new number
     missing: bool
     # number of the variable that the block assigns and the word reads; None if the word itself has the number
     variable: int | None = None

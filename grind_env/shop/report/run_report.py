@@ -35,9 +35,9 @@ _WARNING = re.compile(r"^(?P<file>[^\n]*?):(?P<line>\d+): (?P<text>.*)$", re.DOT
 class BlockSummary(NamedTuple):
     """Summary of all executions of a block, or of blocks with the same words."""
 
-    line: int  # line of the first block
-    cells: dict[str, str]  # texts by heading
-    summary: str  # summary as a note in the listing of the program
+    line: int  #: line of the first block
+    cells: dict[str, str]  #: texts by heading
+    summary: str  #: summary as a note in the listing of the program
 
 
 def run_report(record: GrindingRecord, files: Sequence[Path] = ()) -> str:

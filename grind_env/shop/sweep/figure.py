@@ -41,9 +41,9 @@ AXES = {
 class SweepPanel(NamedTuple):
     """Panel of a sweep: costs over a setting, and the limits below."""
 
-    name: str  # name of the setting
-    lines: Mapping[str, Sequence[SweepPoint]]  # points of each line by its name
-    row: Sequence[SweepPoint]  # points whose limits are shown
+    name: str  #: name of the setting
+    lines: Mapping[str, Sequence[SweepPoint]]  #: points of each line by its name
+    row: Sequence[SweepPoint]  #: points whose limits are shown
 
 
 def draw_sweep(found: Sweep) -> "Figure":

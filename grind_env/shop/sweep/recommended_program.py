@@ -35,9 +35,9 @@ class NothingBetter(SweepError):
 class Recommended(NamedTuple):
     """Program with the words of the best point of a sweep."""
 
-    data: bytes  # content of its file
-    cost: float  # $ a part, as that of the best point
-    keeps_limits: bool  # whether it keeps limits and permitted risk as written
+    data: bytes  #: content of its file
+    cost: float  #: $ a part, as that of the best point
+    keeps_limits: bool  #: whether it keeps limits and permitted risk as written
 
 
 def recommended(

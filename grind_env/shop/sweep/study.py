@@ -242,10 +242,10 @@ def judgement_trials(trials: Trials, fleet: Fleet | None, seed: int) -> Trials:
 class _Setting(NamedTuple):
     """Settings of a point; None for the program's value."""
 
-    E: float | None = None  # mm/min
+    E: float | None = None  #: mm/min
     every: int | None = None
-    lead: float | None = None  # mm a revolution
-    depth: float | None = None  # mm a pass
+    lead: float | None = None  #: mm a revolution
+    depth: float | None = None  #: mm a pass
 
 
 class _Study:
