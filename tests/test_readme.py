@@ -31,13 +31,13 @@ def test_each_policy_name_of_the_results_table_is_known():
 
 def test_the_task_file_of_the_guide_makes_an_environment(tmp_path):
     guide = (ROOT / "docs" / "howto" / "task.md").read_text(encoding="utf-8")
-    (content,) = re.findall(r'Path\("shop\.toml"\)\.write_text\("""\n(.*?)"""\)', guide, re.DOTALL)
-    file = tmp_path / "shop.toml"
+    (content,) = re.findall(r'Path\("rails\.toml"\)\.write_text\("""\n(.*?)"""\)', guide, re.DOTALL)
+    file = tmp_path / "rails.toml"
     file.write_text(content, encoding="utf-8")
     env = gym.make("grind/Task-v0", task=str(file))
     env.reset(seed=1)
     assert np.isfinite(env.step(env.action_space.sample())[1])
-    constant = re.search(r"grind evaluate --task shop\.toml --policy (\w+)", guide)[1]
+    constant = re.search(r"grind evaluate --task rails\.toml --policy (\w+)", guide)[1]
     assert len(grind_env.evaluate(constant, str(file), episodes=2).evaluation.cost) == 2
 
 

@@ -98,7 +98,7 @@ def rooms(samples: Mapping[str, Sampled]) -> list[str]:
     )
     gains = [each.searched.value for each in found if each.searched is not None]
     more = f"with {MORE_SEARCH.partition(AT)[2]} (`{MORE_SEARCH}`) it scores at most"
-    improves = f"`hindsight` improves its plan in {hindsight.SWEEPS} rounds. More rounds gain little"
+    improves = f"`hindsight` is a search of {hindsight.SWEEPS} rounds, not the optimum. More rounds gain little"
     said = [f"{improves}: {more} {100.0 + max(gains):.1f} in any task."] if gains else []
     return ["## How much room is left", table_of(columns, found).markdown(), " ".join([ROOM, *said])]
 

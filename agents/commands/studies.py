@@ -117,7 +117,7 @@ COMMANDS = {
     ),
     "scores": StudyCommand(
         "agents.reference.score_study",
-        "Tune missing policies and measure the reference scores of all.",
+        "Tune untuned policies, and measure the reference score of each.",
         "--task power_limited",
         tasks=",".join(shipped_names()),
         episodes=SCORE_EPISODES,
@@ -161,7 +161,7 @@ COMMANDS = {
     ),
     "intervals": StudyCommand(
         "agents.dressing.interval_sensitivity",
-        "Find the best dress interval against each unknown number.\n\n"
+        "Find how the best dress interval depends on each unknown number.\n\n"
         "Sweeps E and interval of two example programs with each number at a low and a high value.",
         "--jobs 1",
         tasks=None,

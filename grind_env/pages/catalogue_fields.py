@@ -12,7 +12,7 @@ from grind_env.process.catalogue import BUILT_IN
 from grind_env.process.entries import Entry, Quantity, quantities
 
 #: a field of an entry class with the comment behind it
-_COMMENTED = re.compile(r"^    (\w+): Annotated\[.*#:?\s*(.+)$", re.MULTILINE)
+_COMMENTED = re.compile(r"^    (\w+): Annotated\[.*#\s*(.+)$", re.MULTILINE)
 
 
 class EntryKey(NamedTuple):

@@ -26,7 +26,7 @@ Variables = Annotated[list[str] | None, typer.Option("--set", help="Set a # vari
 FirstVariables = Annotated[
     list[str] | None, typer.Option("--set", help="Set a G-code variable before the first part: '#500=0'.")
 ]
-Plant = Annotated[str | None, typer.Option(help="Simulated machine that differs from the model: public:3.")]
+Plant = Annotated[str | None, typer.Option(help="Machine that differs from the model, such as public:3.")]
 OtherPart = Annotated[bool, typer.Option("--other-part", help="Accept an agent trained on another part.")]
 Untried = Annotated[bool, typer.Option("--untried", help="Never ground here: try machines that make scrap, too.")]
 DressAt = Annotated[list[float] | None, typer.Option(help="The operator asks for a dress at this time, s; repeatable.")]
