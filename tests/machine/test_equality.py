@@ -372,9 +372,9 @@ def test_the_number_of_lanes_changes_no_bit(
     alone: tuple[bytes, ...], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, count: int
 ) -> None:
     source = Path(stroke_loops.__file__).read_text(encoding="utf-8")
-    assert "\nLANES = 8\n" in source
+    assert "\nLANES = 8  #" in source
     path = tmp_path / f"loops_{count}.py"
-    path.write_text(source.replace("\nLANES = 8\n", f"\nLANES = {count}\n"), encoding="utf-8")
+    path.write_text(source.replace("\nLANES = 8  #", f"\nLANES = {count}  #"), encoding="utf-8")
     spec = importlib.util.spec_from_file_location(path.stem, path)
     assert spec is not None and spec.loader is not None
     module = importlib.util.module_from_spec(spec)

@@ -19,7 +19,7 @@ def optimise(
     program: arguments.ProgramFile,
     job: arguments.JobFile = None,
     vary: Annotated[str | None, typer.Option(help="E,D,interval (default),J,L,lead,depth,passes.")] = None,
-    bounds: Annotated[list[str] | None, typer.Option(help="mm/min, parts a dress: E=5000..9000,interval=1..8")] = None,
+    bounds: Annotated[list[str] | None, typer.Option(help="mm/min, runs a dress: E=5000..9000,interval=1..8")] = None,
     margin: Annotated[
         list[str] | None, typer.Option(help="Usable share of power, rise, Ra or size: power=.85.")
     ] = None,
@@ -39,7 +39,7 @@ def optimise(
     report: arguments.ReportFile = None,
     as_json: arguments.AsJson = False,
 ) -> None:
-    """Optimise a part program: table speed E and dresses D for a lower cost.
+    """Optimise table speed E and dresses D of a program for lower cost.
 
     The new program is written only if it is significantly cheaper, keeps all limits and is hardly ever dearer
     (docs/howto/improve.md). Exit status 3: nothing better, or your program makes scrap; 4: none keeps the limits.
