@@ -191,9 +191,9 @@ def test_each_possible_machine_must_grind_good_parts_on_lots_of_its_own() -> Non
 @pytest.mark.nightly
 def test_the_fleet_scraps_few_parts_even_if_few_drawn_machines_agree() -> None:
     job = load_job(EXAMPLES / "keyway_g81.toml")
-    as_it_is = trials("keyway_g81", job, 40)
+    as_it_is = trials("keyway_g81", job, 44)
     fleet = fleet_of(as_it_is, 1, untried=False)
-    assert fleet is not None and fleet.agree < 0.06 * fleet.drawn and len(fleet.numbers) >= 16
+    assert fleet is not None and fleet.agree < 0.05 * fleet.drawn and len(fleet.numbers) >= 16
     on = fleet.trials_for(as_it_is, LotUse.JUDGEMENT, lots_of(9, LotUse.JUDGEMENT, 64))
     assert on.measure(on.own[None]).scrap.mean() < 0.03
 
