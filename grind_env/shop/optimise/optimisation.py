@@ -13,6 +13,7 @@ from grind_env.files import read_bytes
 from grind_env.machine.job import Job
 from grind_env.machine.job.job_file import job_beside, load_job
 from grind_env.machine.script.block_settings import DRESS_SECONDS
+from grind_env.optional_libraries import needing
 from grind_env.plants import find_plant
 from grind_env.plants.plant_names import MODEL
 from grind_env.shop.dress_interval import DressInterval
@@ -59,8 +60,10 @@ def find_words(
 
     Raises:
         CondemnedError: the model scraps the unchanged program.
-        GrindError: the program cannot be run, has nothing to vary, or there is no time for one trial.
+        GrindError: SciPy is missing, the program cannot be run or has nothing to vary, or no trial fits into the time.
     """
+    with needing("shop", "the search needs"):
+        import scipy.optimize  # noqa: F401 - a search that needs no evolution is refused, too
     path = Path(program)
     budget = Budget(seconds) if programs is None else Budget(programs=programs)
     held, text = read_file(path), text_of(read_bytes(path))

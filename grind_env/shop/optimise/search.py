@@ -15,10 +15,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grind_env.array_types import Array
-from grind_env.optional_libraries import needing
-
-with needing("shop", "the search needs"):
-    from scipy.optimize import differential_evolution
 
 Point = tuple[int, ...]
 
@@ -133,6 +129,8 @@ class Search:
         return self.ranked[0]
 
     def _evolve(self, start: Point, seed: int, generations: int) -> None:
+        from scipy.optimize import differential_evolution
+
         free = [k for k, count in enumerate(self.counts) if count > 1]
         size = min(max(PER_VARIABLE * len(free), LEAST_POPULATION), MOST_POPULATION)
 
