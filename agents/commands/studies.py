@@ -117,7 +117,7 @@ COMMANDS = {
     ),
     "scores": StudyCommand(
         "agents.reference.score_study",
-        "Tune untuned policies, and measure the reference score of each.",
+        "Measure all policies, and the costs of scores 0 and 100.\n\nUntuned policies are tuned first.",
         "--task power_limited",
         tasks=",".join(shipped_names()),
         episodes=SCORE_EPISODES,

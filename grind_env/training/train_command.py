@@ -42,7 +42,7 @@ def train(
     seed: Annotated[int, typer.Option(min=0, help="Seed of the training.")] = 0,
     steps: Annotated[int, typer.Option(min=10_000, help="Environment steps.")] = 1_000_000,
     memory: Annotated[str, typer.Option(help="What it remembers: none, stack, gru or belief.")] = "gru",
-    max_scrap: Annotated[float | None, typer.Option(help="Largest share of scrap; default no limit.")] = None,
+    max_scrap: Annotated[float | None, typer.Option(help="Largest share of scrap, as 0.005; default no limit.")] = None,
     episodes: Annotated[int, typer.Option(min=2, help="Evaluation episodes, each on a new machine.")] = 128,
     output: Annotated[
         Path | None,
