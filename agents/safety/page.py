@@ -84,9 +84,9 @@ def page(found: Sequence[SafetyRow]) -> str:
         f"`python -m agents safety`: {found[0].episodes} evaluation episodes. *Return*: minus the cost of an episode"
         " over the reference cost of a block; its interval spans those of all seeds. *Scrap*: share of the parts (each"
         " seed in brackets). *Within budget*: seeds whose scrap is below the budget, and in brackets those with the"
-        " whole interval below it. The other columns are shares of the blocks beyond a limit (power beyond its limit only"
-        f" slows the wheel down).\n\nThe budget of a task is the geometric mean of the scrap of `{PLANNERS[0]}` and"
-        f" `{PLANNERS[1]}` (which sees the state) on {VALIDATED} validation episodes: the first exceeds it, the second not."
+        " whole interval below it. The other columns are shares of the blocks beyond a limit (more than the permitted"
+        f" power slows the wheel).\n\nThe budget of a task is the geometric mean of the scrap of `{PLANNERS[0]}` and of"
+        f" `{PLANNERS[1]}` (sees the state) on {VALIDATED} validation episodes: the first exceeds it, the second not."
         f"\n\n{verdict(of)}{table_of(COLUMNS, of.values()).markdown()}"
     )
 
