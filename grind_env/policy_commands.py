@@ -196,12 +196,12 @@ def play(
     policy: NamedPolicy = None,
     job: JobFile = None,
     parts: Parts = 1,
-    seed: Annotated[int, typer.Option(min=0, help="Seed of the episode.")] = 2_000_000,
+    seed: Annotated[int, typer.Option(min=0, help="Seed; default the first evaluation seed.")] = 2_000_000,
     split: Split = "all",
     plant: Plant = None,
-    program: Annotated[
+    output: Annotated[
         Path | None,
-        typer.Option("--output", help="Write the part program to this .nc file and its job beside it."),
+        typer.Option(help="Write the part program to this .nc file and its job beside it."),
         Writes(beside={".toml": PLAYED_JOB}),
     ] = None,
     window: Annotated[bool, typer.Option(help="Show a window, or text in the terminal.")] = True,
@@ -222,18 +222,18 @@ def play(
 
     problem = find_problem(env, job, parts)
     plays = _policy(policy, problem.simulation(), configs, trust, other_part)
-    shown = None if program is not None else "human" if window else "ansi"
+    shown = None if output is not None else "human" if window else "ansi"
     played = play_episode(plays, problem if plant is None else on(problem, plant), seed, split, shown)
-    if program is None:
+    if output is None:
         print(printable(played.program.replace("\r\n", "\n")))
     else:
-        write_atomically(program, lambda path: path.write_text(played.program, encoding="utf-8"))
-        job_beside = program.with_suffix(".toml")
+        write_atomically(output, lambda path: path.write_text(played.program, encoding="utf-8"))
+        job_beside = output.with_suffix(".toml")
         write_atomically(job_beside, lambda path: path.write_text(PLAYED + job_text(played.job), encoding="utf-8"))
         if played.requests:
             # all digits: with a time rounded to ms the dress could come after another reversal of the table
             asked = " ".join(f"--dress-at {seconds}" for seconds in played.requests)
-            print(printable(f"it is the same with the dresses that the operator asks for: grind run {program} {asked}"))
+            print(printable(f"it is the same with the dresses that the operator asks for: grind run {output} {asked}"))
     dull = f"; {played.handover:.2f} $ of it are for the dull wheel handed over, which no run of the program shows"
     on_plant = f", on {printable(played.job.plant)}" if played.job.plant else ""
     each = f", {played.cost / played.good:.3f} $ each" if played.good > 0.0 else ""

@@ -32,7 +32,7 @@ LIMIT = 1_000_000  #: number of blocks that training or tuning may grind in the 
 #: work whose E and D are chosen in a core task, and hidden state
 ABOUT = {
     "power_limited": ("60 wide plates at the power limit", "lot's dulling rate"),
-    "reciprocation": ("plates with continuous infeed", "lot's dulling rate"),
+    "reciprocation": ("plates; the wheel moves down steadily", "lot's dulling rate"),
     "wide_plates": ("plates, flat and to size", "lot's dulling rate"),
     "wide_rails": ("rails, two cycles; first affects second", "lot's dulling rate"),
     "blades": ("blades that burn easily", "kind of wheel, age of coolant"),

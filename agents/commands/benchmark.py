@@ -25,7 +25,7 @@ def benchmark(
     job: JobFile = None,
     parts: Parts = 1,
     policies: Annotated[str | None, typer.Option(help="Rules and planners; default all.")] = None,
-    kinds: Annotated[str | None, typer.Option(help="ppo,plain_gru,plain_belief,robust; default the first 2.")] = None,
+    kinds: Annotated[str | None, typer.Option(help="ppo,plain_gru (default),plain_belief,robust; or NAME@3M.")] = None,
     seeds: Annotated[int | None, typer.Option(min=0, help="Trainings of each agent; default 1.")] = None,
     steps: Annotated[int | None, typer.Option(min=1, help="Training steps; default that of the kind.")] = None,
     episodes: Annotated[int | None, typer.Option(min=2, help=f"Evaluation episodes; default {plan.EPISODES}.")] = None,

@@ -161,8 +161,8 @@ COMMANDS = {
     ),
     "intervals": StudyCommand(
         "agents.dressing.interval_sensitivity",
-        "Find how the best dress interval depends on each unknown number.\n\n"
-        "Sweeps E and interval of two example programs with each number at a low and a high value.",
+        "Measure how the best dress interval depends on model constants.\n\n"
+        "Sweeps E and interval of two example programs with each constant at a low and a high value.",
         "--jobs 1",
         tasks=None,
         without=("tasks", "job", "parts", "episodes", "seeds", "steps", "configs"),
