@@ -45,10 +45,10 @@ app = Application(cls=GrindCommands)
 
 Strokes = Annotated[int, typer.Option(help="Strokes assumed for a G81 without an end.")]
 Acceleration = Annotated[float | None, typer.Option(help="Acceleration of the axes, mm/s2; default of --job, or 1000.")]
-MachineJob = Annotated[Path | None, typer.Option("--job", help="Job file; adds its times and machine warnings."), JOB]
+MachineJob = Annotated[Path | None, typer.Option("--job", help="Job file, default none; adds times and warnings."), JOB]
 Radius = Annotated[
     list[str] | None,
-    typer.Option(help="Radius for G41 and G42, mm: R for all offsets, T=R for offset T; repeatable."),
+    typer.Option(help="Radius for G41 and G42, mm: 0.5, or 2=0.5 for offset 2; repeatable."),
 ]
 
 
@@ -95,8 +95,8 @@ def check(
 ) -> None:
     """Check a program: report all syntax errors, and time and motions.
 
-    All syntax errors are listed (at most 1000), but only the first error of the run. With --job the program is ground
-    as by `grind run`: the time has loading, travel and dresses, and warnings of the machine are printed.
+    All syntax errors are listed (at most 1000). If the program then fails in the simulation, only the first failure is.
+    With --job the program is ground as by `grind run`: the time has loading, travel and dresses, and warnings follow.
     """
     from grind_env import control
     from grind_env.control.program_check import ended_at, report_record, summary

@@ -91,7 +91,7 @@ def rooms(samples: Mapping[str, Sampled]) -> list[str]:
     columns = (
         Column("task", "task"),
         Column("parts", lambda each: ABOUT.get(each.task, (NONE, NONE))[0]),
-        Column("not measured", lambda each: ABOUT.get(each.task, (NONE, NONE))[1]),
+        Column("hidden", lambda each: ABOUT.get(each.task, (NONE, NONE))[1]),
         Column("best known from measurements", lambda each: f"{brief(each.score, False)} ({each.best_known})"),
         Column("planner on state", lambda each: brief(each.on_state, False), right=True),
         Column("room", lambda each: shown(each.room, False), right=True),

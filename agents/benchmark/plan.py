@@ -31,10 +31,10 @@ STEPS = re.compile(r"([1-9]\d{0,2})M")
 LIMIT = 1_000_000  #: number of blocks that training or tuning may grind in the budget class 1M; the other class is open
 #: work whose E and D are chosen in a core task, and hidden state
 ABOUT = {
-    "power_limited": ("60 wide plates at the power limit", "lot's dulling rate"),
+    "power_limited": ("wide plates at the power limit", "lot's dulling rate"),
     "reciprocation": ("plates; the wheel moves down steadily", "lot's dulling rate"),
     "wide_plates": ("plates, flat and to size", "lot's dulling rate"),
-    "wide_rails": ("rails, two cycles; first affects second", "lot's dulling rate"),
+    "wide_rails": ("rails, roughed, then finished", "lot's dulling rate"),
     "blades": ("blades that burn easily", "kind of wheel, age of coolant"),
     "rush": ("orders with due dates", "lot's dulling rate"),
     "job_shop": ("parts of three kinds", "lot's dulling rate"),

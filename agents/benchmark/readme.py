@@ -44,7 +44,7 @@ def core_tasks(results: Sequence[Result]) -> str:
         known = room(task, Sampled(each for each in results if each.task == task))
         name = environment_id(task).removeprefix("grind/").removesuffix("-v0")
         rows.append((f"[{name}][r]", *about, NONE if known is None else f"{known.score.value:.0f}"))
-    return table_of(("task", "parts", "not measured", "best score"), rows, left=3).markdown()
+    return table_of(("task", "parts", "hidden", "best score"), rows, left=3).markdown()
 
 
 def replaced(text: str, results: Sequence[Result]) -> str:

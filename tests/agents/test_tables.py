@@ -121,7 +121,7 @@ def test_aggregates_leave_out_a_policy_missing_in_a_task():
 def test_the_section_of_a_page_is_replaced_between_its_markers():
     rows = judged([*table_of("power_limited", [3.0, 3.5]), *table_of("slot", [5.0])])
     core = f"{CORE_BEGIN}\n\n{core_tasks(rows)}\n\n{CORE_END}"
-    assert "| [PowerLimited][r] | 60 wide plates at the power limit | lot's dulling rate | " in core
+    assert "| [PowerLimited][r] | wide plates at the power limit | lot's dulling rate | " in core
     assert "| [Rush][r] | orders with due dates | lot's dulling rate | – |" in core
     written = replaced(f"above\n{BEGIN}\nold\n{END}\nbelow\n{core}", rows)
     assert written.startswith(f"above\n{BEGIN}\n\n")

@@ -26,9 +26,9 @@ Variables = Annotated[list[str] | None, typer.Option("--set", help="Set a # vari
 FirstVariables = Annotated[
     list[str] | None, typer.Option("--set", help="Set a G-code variable before the first part: '#500=0'.")
 ]
-Plant = Annotated[str | None, typer.Option(help="Machine that differs from the model, such as public:3.")]
+Plant = Annotated[str | None, typer.Option(help="For tests: another simulated machine: public:3.")]
 OtherPart = Annotated[bool, typer.Option("--other-part", help="Accept an agent trained on another part.")]
-Untried = Annotated[bool, typer.Option("--untried", help="Never ground here: try machines that make scrap, too.")]
+Untried = Annotated[bool, typer.Option("--untried", help="The program never ran: keep machines that make scrap.")]
 DressAt = Annotated[list[float] | None, typer.Option(help="The operator asks for a dress at this time, s; repeatable.")]
 Interrupts = Annotated[
     list[str] | None, typer.Option("--interrupt", help="Run O9200 at 12.5 s: 9200@12.5; repeatable."), Requests()

@@ -34,7 +34,7 @@ def sweep(
     """Show cost and limits over E, dress interval, lead and depth.
 
     The E of all blocks change in proportion. The last column says kept, or the limit that is exceeded most
-    (docs/howto/improve.md). Exit status 3: -o found no cheaper program, or the model calls the program scrap.
+    (docs/howto/improve.md). Exit status 3: -o found no cheaper program, or half of your parts are scrap by the model.
     """
     from grind_env.control.cli_options import variables_of
     from grind_env.machine.job.job_file import job_beside
