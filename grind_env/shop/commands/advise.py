@@ -33,7 +33,7 @@ def advise(
         typer.Option(help="Write E and D as #101=... to this file."),
         Writes(replaceable=VALUES, always=True, may_be_input=True),
     ] = None,
-    max_step: Annotated[float, typer.Option(help="Usual largest rise of E from part to part.")] = 1.25,
+    max_step: Annotated[float, typer.Option(help="Usual largest factor on E per part.")] = 1.25,
     bounds: Annotated[
         tuple[float, float] | None, typer.Option(metavar="LOW HIGH", help="Range of E, mm/min; default 3000 30000.")
     ] = None,
