@@ -15,7 +15,7 @@ from grind_env.envs.job.program_outline import BlockOutline
 from grind_env.envs.observations import BOOK, PART_RISE, Reading, of_few_parts, readings
 from grind_env.envs.task_gauges import ROUGHNESS_NOISE, SIZE_NOISE
 from grind_env.envs.tasks import ActionRange, Kind, Spread, Task, load_task
-from grind_env.envs.tasks.tables import USUAL_SPEEDS
+from grind_env.envs.tasks.tables import USUAL_SPEEDS, Start
 from grind_env.machine.job import Job, JobError, Part
 
 SEEN = (
@@ -92,6 +92,7 @@ def job_task(name: str, job: Job, spread: float, file: str) -> Task:
             ),
         ),
         spread=Spread(**spreads(job.lots, spread)),
+        start=Start(volume=job.wheel.volume_since_dress or 0.0),
     )
 
 
