@@ -3,7 +3,6 @@
 from dataclasses import replace
 from typing import Any
 
-import gymnasium as gym
 import numpy as np
 import pytest
 
@@ -13,7 +12,7 @@ from grind_env.envs.distribution_splits import EVERY, SPLITS, Split
 from grind_env.envs.noise_tape import TapeRow
 from grind_env.envs.reset_options import Given, read_options
 from grind_env.envs.task_names import task_names
-from grind_env.envs.tasks import load_task, read_task
+from grind_env.envs.tasks import load_task
 from grind_env.envs.tasks.unseen_entries import other_materials, other_wheels
 from tests.envs.harness import actions, assert_same, every_id, native, sync
 
@@ -101,22 +100,13 @@ def test_a_catalogue_without_unseen_entries_keeps_wheel_and_material() -> None:
         np.testing.assert_array_equal(getattr(near, name), getattr(far, name))
 
 
-def test_a_user_task_has_the_extrapolation_split(tmp_path: Any) -> None:
-    path = tmp_path / "mine.toml"
-    path.write_text('base = "blades"\ntitle = "Mine"\nreference_cost = 2.0\n')
-    assert set(other_materials(read_task(str(path)))) == set(other_materials(load_task("blades")))
-    env = gym.make("grind/Task-v0", task=str(path))
-    shown = [env.reset(seed=1, options={"split": name})[0] for name in SPLITS]
-    assert len({each.tobytes() for each in shown}) > 1
-
-
 @pytest.mark.parametrize("name", task_names())
 def test_every_task_has_unseen_materials_and_wheels(name: str) -> None:
     task = load_task(name)
     assert len(other_materials(task)) >= 3 and len(other_wheels(task)) >= 1
 
 
-@pytest.mark.parametrize("env_id", [name for name in every_id() if name != "grind/Task-v0"])
+@pytest.mark.parametrize("env_id", every_id())
 def test_the_split_is_an_option_of_reset_in_every_environment_single_and_vector(env_id: str) -> None:
     native_env, beside = native(env_id, 2), sync(env_id, 2)
     options = {"split": "extrapolation"}

@@ -57,9 +57,6 @@ def test_a_third_is_the_last_action_without_a_dress() -> None:
     for codec in (RANGE, LEVELS):
         D = codec.decode(edges)[1]
         assert D.tolist() == [0.0, 1.0] and not np.signbit(D).any()
-    # actions of an untrained Gaussian policy
-    drawn = np.clip(np.random.default_rng(0).standard_normal((100_000, 2)), -1.0, 1.0)
-    assert 0.35 < (RANGE.decode(drawn)[1] > 0.0).mean() < 0.39
 
 
 def test_a_task_without_dresses_has_one_D() -> None:
@@ -101,22 +98,6 @@ CODECS = [
 
 
 @given(st.data())
-def test_encode_inverts_decode_in_every_form(data: st.DataObject) -> None:
-    codec = data.draw(st.sampled_from(CODECS))
-    codec.space.seed(data.draw(st.integers(0, 2**31)))
-    actions = [codec.space.sample() for _ in range(5)]
-    batch = {key: [a[key] for a in actions] for key in codec.names} if codec.action == "dict" else actions
-    chosen = codec.decode(batch)
-    assert len(chosen) == len(codec.names) and all(values.shape == (5,) for values in chosen)
-    again = codec.encode(*chosen)
-    rows = rows_of(again, 5)
-    assert all(codec.space.contains(row) for row in rows)
-    np.testing.assert_array_equal(codec.decode(again), chosen)
-    if codec.action in ("multidiscrete", "discrete"):  # one action for each choice
-        np.testing.assert_array_equal(again, batch)
-
-
-@given(st.data())
 def test_every_form_can_express_every_choice(data: st.DataObject) -> None:
     codec = data.draw(st.sampled_from(CODECS))
     if codec.levels.size:
@@ -124,7 +105,9 @@ def test_every_form_can_express_every_choice(data: st.DataObject) -> None:
     else:
         E = float(data.draw(st.integers(int(codec.low), int(codec.high))))
     choice = [E, data.draw(st.integers(0, codec.executions)), data.draw(st.integers(0, 1))][: len(codec.names)]
-    assert [values[0] for values in codec.decode(codec.encode(*choice))] == choice
+    encoded = codec.encode(*choice)
+    assert codec.space.contains(rows_of(encoded, 1)[0])
+    assert [values[0] for values in codec.decode(encoded)] == choice
 
 
 def test_the_discrete_forms_have_24_geometric_levels_of_speed() -> None:

@@ -277,18 +277,6 @@ def test_step_returns_the_types_of_the_gymnasium_api(env_id: str) -> None:
     assert all(type(value) is float for value in info.values())
 
 
-@pytest.mark.parametrize("mode", harness.MODES)
-def test_make_vec_takes_the_autoreset_mode_by_name_and_as_enum(mode: AutoresetMode) -> None:
-    for value in (mode, mode.value):
-        env = gym.make_vec("grind/Oracle6-v0", num_envs=3, autoreset_mode=value, observation="full")
-        assert isinstance(env.unwrapped, GrindVectorEnv)
-        assert env.metadata["autoreset_mode"] is mode
-        assert env.num_envs == 3
-        assert env.observation_space.shape == (3, *env.single_observation_space.shape)
-        assert env.action_space.shape == (3, 2)
-    assert "autoreset_mode" not in GrindVectorEnv.metadata
-
-
 @every_environment
 def test_every_entry_of_an_observation_has_a_name_a_meaning_and_its_noise(env_id: str) -> None:
     env = gym.make(env_id, observation="full")

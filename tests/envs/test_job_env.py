@@ -70,8 +70,8 @@ def batch(tmp_path_factory: pytest.TempPathFactory) -> str:
     return written(tmp_path_factory.mktemp("batch"), BATCH)
 
 
-def written(folder: Path, program: str, job: str = JOB, name: str = "part.nc") -> str:
-    path = folder / name
+def written(folder: Path, program: str, job: str = JOB) -> str:
+    path = folder / "part.nc"
     path.write_text(program)
     path.with_suffix(".toml").write_text(job)
     return str(path)
@@ -126,23 +126,16 @@ def test_the_program_of_an_episode_grinds_the_same_record(batch: str, name: str,
 
 
 def test_the_first_step_includes_a_part_finished_before_the_first_cycle_block(tmp_path: Path) -> None:
-    groove = "G71 G94 G90 G18 S1910 M03 M08\nG00 X1. Z0\nG77 X-1. Z-50. I.7 K40. D0 F6.\nM00\n"
-    env = job_env.make(written(tmp_path, f"{groove}G19\nG00 X-30. Y20.\n{PLATE}M00\n{PLATE}M30\n{DRESS}"), info="full")
+    env = job_env.make(written(tmp_path, GROOVED), info="full")
     infos = play(env, 0)
     record = assert_infos_match_record(env, infos)
     assert record.parts.size == 3 and record.parts["scrap_cost"][0] == pytest.approx(40.0)
     assert infos[0]["cost"] == pytest.approx(1.0) and infos[0]["good_parts"] == 0.0
     assert [block.depth for block in env.simulation.blocks] == pytest.approx([0.05, 0.01, 0.05, 0.01])
     # a turning tool makes the groove: the readings of the first plate are those without a groove
-    grooved, plain = (
-        job_env.make(written(tmp_path, text, name=name), spread=0.0)
-        for name, text in (
-            ("grooved.nc", (tmp_path / "part.nc").read_text()),
-            ("plain.nc", f"G71 G94 G90 G19 S1910 M03 M08\nG00 X-30. Y20.\n{PLATE}M00\n{PLATE}M30\n{DRESS}"),
-        )
-    )
     views = []
-    for each in (grooved, plain):
+    for text in (GROOVED, f"G71 G94 G90 G19 S1910 M03 M08\nG00 X-30. Y20.\n{PLATE}M00\n{PLATE}M30\n{DRESS}"):
+        each = job_env.make(written(tmp_path, text), spread=0.0)
         each.reset(seed=0)
         views.append(seen(each, each.step(np.zeros(2, np.float32))[0]))
     for name in ("mean_power", "first_power", "peak_power", "last_pick", "volume", "dresses"):

@@ -85,14 +85,6 @@ def test_a_factor_either_changes_something_or_is_refused(env_id: str) -> None:
         assert (made[k] == made[0]).all() == (name == "noise"), name
 
 
-def test_noise_changes_the_observations_but_not_the_rewards() -> None:
-    nominal = nominal_context(load_task("power_limited"))
-    exact, rewards, program = trajectory("grind/PowerLimited-v0", 0, {"context": nominal})
-    noisy, same, text = trajectory("grind/PowerLimited-v0", 0, {"context": {**nominal, "noise": 1.0}})
-    np.testing.assert_array_equal(rewards, same)
-    assert program == text and not np.allclose(exact, noisy)
-
-
 def test_a_context_does_not_change_the_draws_of_other_factors() -> None:
     simulation = BlockSimulation(load_task("power_limited"))
     seeds = [np.random.default_rng(s) for s in range(50)]

@@ -12,7 +12,7 @@ from gymnasium.wrappers.vector import RecordEpisodeStatistics
 
 from grind_env import examples
 from tests.envs.contract import check_vector_env
-from tests.envs.harness import BLOCKS, MODES, assert_same, every_id, native, quiet, sampled, sync
+from tests.envs.harness import BLOCKS, MODES, every_id, native, quiet, sampled
 from tests.examples import few
 
 STEPS = {
@@ -41,30 +41,11 @@ def test_every_id_takes_max_episode_steps_and_stores_it_in_its_spec(env_id: str)
     for each in (env, twin, gym.make_vec(env_id, 2, max_episode_steps=np.int64(1))):
         each.reset(seed=0)
         assert each.step(batch)[3].tolist() == [True, True]
-    with_limit = gym.spec(env_id)
-    made = gym.make_vec(EnvSpec(**{**limited(with_limit), "max_episode_steps": 2}), 2)
+    spec = gym.spec(env_id)
+    parts = {name: getattr(spec, name) for name in ("id", "entry_point", "vector_entry_point", "kwargs")}
+    made = gym.make_vec(EnvSpec(**parts, max_episode_steps=2), 2)
     made.reset(seed=0)
     assert not made.step(batch)[3].any()
-
-
-def limited(spec: EnvSpec) -> dict[str, Any]:
-    names = ("entry_point", "vector_entry_point", "kwargs")
-    return {"id": spec.id, **{name: getattr(spec, name) for name in names}}
-
-
-@pytest.mark.parametrize("mode", MODES)
-def test_masked_resets_in_mid_episode_restart_the_count(mode: Any) -> None:
-    a, b = (make("grind/PowerLimited-v0", 3, mode, max_episode_steps=4) for make in (native, sync))
-    batches = sampled("grind/PowerLimited-v0", 12, 3)
-    assert_same(a.reset(seed=0), b.reset(seed=0))
-    over = np.zeros(3, bool)
-    for k, batch in enumerate(batches):
-        mask = np.array([k == 1, k == 2, k == 6]) | (over & (mode.value == "Disabled"))
-        if mask.any():
-            assert_same(*(env.reset(options={"reset_mask": mask.copy()}) for env in (a, b)))
-        ours, theirs = a.step(batch), b.step(batch)
-        assert_same(ours, theirs)
-        over = ours[2] | ours[3]
 
 
 #: ids, arguments and number of steps of an episode

@@ -66,21 +66,6 @@ def written(folder: Path, text: str, name: str = "shop") -> str:
     return str(path)
 
 
-def test_a_file_of_a_dozen_lines_makes_a_task(tmp_path: Path) -> None:
-    path = written(tmp_path, MINIMAL)
-    env = gym.make(ID, task=path, show_block=True)
-    assert json.loads(env.spec.to_json())["kwargs"]["task"] == path
-    env.action_space.seed(0)
-    observation, _ = env.reset(seed=0)
-    rewards, terminated = [], False
-    while not terminated:
-        assert env.observation_space.contains(observation)
-        observation, reward, terminated, _, info = env.step(env.action_space.sample())
-        rewards.append(reward)
-    assert len(rewards) == 30 and max(rewards) < 0.0
-    assert info["block"].startswith("G82 X230. I-30. Y-.04 J-.01")
-
-
 @every_cycle
 def test_the_cycle_follows_from_the_file(cycle: str, tmp_path: Path) -> None:
     env = gym.make(ID, task=written(tmp_path, CYCLES[cycle]), show_block=True).unwrapped
@@ -124,13 +109,6 @@ def test_a_material_may_be_given_by_its_standard_name(tmp_path: Path) -> None:
     assert 'material = "aisi_52100"' in MINIMAL
     named = written(tmp_path, MINIMAL.replace("aisi_52100", "100Cr6"))
     assert load_task(named).kinds == load_task(written(tmp_path, MINIMAL, "own")).kinds
-
-
-def test_a_changed_file_is_read_again(tmp_path: Path) -> None:
-    path = written(tmp_path, MINIMAL)
-    assert load_task(path).blocks == 30
-    written(tmp_path, "blocks = 7\n" + MINIMAL)
-    assert load_task(path).blocks == 7
 
 
 @pytest.mark.parametrize("task", [None, 3, "", ".toml", "no/such.toml", "a\0.toml", ["slot"]])

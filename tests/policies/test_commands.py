@@ -57,12 +57,10 @@ def test_a_task_file_is_evaluated(tmp_path: Path, grind: Grind) -> None:
 
 
 BAD = {
-    "no problem": (("--env", "no_such"), "there is no problem 'no_such'"),
     "a misspelt id": (("--env", "grind/JobShp-v0"), "(did you mean grind/JobShop-v0?)"),
     "a misspelt policy": (("--policy", "look_ahed"), "(did you mean look_ahead?)"),
     "no task file": (("--task", "no_such.toml"), "no_such.toml"),
     "a task file that is none": (("--task", "junk.toml"), "junk.toml"),
-    "no policy": (("--policy", "no_such"), "there is no policy 'no_such'"),
     "a policy of other environments": (
         ("--env", "reciprocation", "--policy", "constant_per_kind"),
         "there is no policy 'constant_per_kind' (did you mean constant?) for reciprocation",
@@ -102,13 +100,6 @@ def test_play_draws_contexts_of_the_named_split(tmp_path: Path, grind: Grind) ->
         (cost,) = run(Fixed(12_000.0, 1), simulation, [3_000_000], split).cost
         assert (status, f"seed 3000000, split {split}: {cost:.2f} $" in out) == (0, True)
     assert (tmp_path / "all.toml").read_bytes() != (tmp_path / "interpolation.toml").read_bytes()
-
-
-def test_play_refuses_an_output_in_a_missing_folder(tmp_path: Path, grind: Grind) -> None:
-    path = tmp_path / "none" / "played.nc"
-    status, out, err = grind("play", "--env", "oracle6", "--policy", "handbook", "--output", path)
-    assert (status, out) == (2, "")
-    assert str(path) in err and err.count("\n") == 1
 
 
 def test_a_users_policy_is_imported_from_the_working_folder(

@@ -12,7 +12,6 @@ from grind_env.policies import episode_columns
 from grind_env.policies.choices import Decision
 from grind_env.policies.evaluation import SEEDS, SEEDS_EACH, episode_seeds, run_seeds, start_episodes
 from grind_env.policies.privileged_information import expected_dates, reveal
-from grind_env.policies.scripted.handbook import Handbook
 from grind_env.policies.scripted.rules import Fixed
 from tests.policies.harness import simulated
 
@@ -69,13 +68,6 @@ def test_a_split_has_the_contexts_of_the_environment_for_every_seed(seed):
         assert cost == pytest.approx(costs[split], rel=1e-12)
     assert costs["all"] == costs[None]
     assert len(set(costs.values())) == 4
-
-
-@pytest.mark.bits
-def test_the_result_for_a_seed_does_not_depend_on_its_neighbours():
-    alone = run_seeds(Handbook(), SIMULATION, [5])
-    beside = run_seeds(Handbook(), SIMULATION, [4, 5, 6])
-    assert alone.cost[0] == beside.cost[1]
 
 
 def test_a_policy_on_the_state_does_not_see_the_future():

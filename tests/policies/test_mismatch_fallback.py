@@ -92,12 +92,6 @@ def test_repeated_surprises_raise_an_alarm_only_near_a_limit() -> None:
     assert not any(watched(*[{"peak_power": 5200.0}] * 20, peak=5600.0)[1])
 
 
-def test_a_constant_size_error_is_soon_forecast() -> None:
-    watch, _ = watched(*[{"size_error": 12.0}] * 12)
-    assert watch.seen.forecast[0, 2] == pytest.approx(12.0, abs=1.0)
-    assert watched(*[{"size_error": 12.0}] * 12)[1] == [False] * 12
-
-
 def test_a_repeated_size_is_no_new_reading() -> None:
     watch, _ = watched({"size_error": 12.0})
     assert watch.seen.new[0].tolist() == [True, True, True, True]

@@ -91,12 +91,6 @@ def test_grind_run_costs_as_much_as_the_episode_with_requested_dresses(
     assert found["good_parts"] == pytest.approx(episode.good)
 
 
-def test_play_refuses_to_name_the_program_like_its_job(tmp_path: Path, grind: Grind) -> None:
-    status, _, err = grind(*ORACLE, tmp_path / "played.toml")
-    assert status == 2 and not list(tmp_path.iterdir())
-    assert "is the name of what is written beside it, too; name another file with --output" in err
-
-
 def test_play_overwrites_only_jobs_written_by_play(tmp_path: Path, grind: Grind) -> None:
     path, job = tmp_path / "played.nc", tmp_path / "played.toml"
     job.write_text("# mine\n")
@@ -107,10 +101,6 @@ def test_play_overwrites_only_jobs_written_by_play(tmp_path: Path, grind: Grind)
     assert grind(*ORACLE, path)[0] == 0
     written = job.read_bytes()
     assert grind(*ORACLE, path)[0] == 0 and job.read_bytes() == written
-    status, _, err = grind(
-        "play", "--program", path, "--job", job, "--policy", "E9000D1", "--output", tmp_path / "played.ngc"
-    )
-    assert status == 2 and "is read here and would be lost" in err
     # a job that lists its parts is no batch
     status, _, err = grind("play", "--program", path, "--policy", "E9000D1", "--no-window")
     assert status == 2 and "[[parts]]" in err

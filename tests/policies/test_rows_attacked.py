@@ -47,7 +47,6 @@ TEXTS = [
     ("[" * 200_000, "nested too deeply"),
     ('{"format": ' + "[" * 200_000, "nested too deeply"),
     ("[]", "it is no row"),
-    ("7", "it is no row"),
     ('{"a": 1}', "it is no row"),
     ('{"format": 2}', "of task version 1"),
     ('{"format": 1}', "it is no row of format 2"),
@@ -85,7 +84,6 @@ def put(*keys: str | int, to: Any) -> Callable[[Document], Any]:
 
 ATTACKS: list[tuple[Callable[[Document], Any], str]] = [
     (lambda row: row.pop("costs"), "row lacks the key costs"),
-    (lambda row: row.pop("policy"), "row lacks the key policy"),
     (put("surprise", to=1), "row has an unknown key surprise"),
     (put("\x1b[31m", to=1), "unknown key"),
     (put("policy", to=None), "row.policy is None, but must be a text"),
@@ -93,7 +91,6 @@ ATTACKS: list[tuple[Callable[[Document], Any], str]] = [
     (put("costs", to=[]), "it must have 2 to 10000 costs"),
     (put("costs", to=[1.0] * 10_001), "it must have 2 to 10000 costs"),
     (put("costs", 0, to=float("nan")), r"row.costs\[0\] is nan, but must be a finite number"),
-    (put("costs", 1, to=float("inf")), r"row.costs\[1\] is inf"),
     (put("costs", 0, to=10**400), "but must be a finite number"),
     (put("costs", 0, to=True), "is True, but must be a finite number"),
     (put("first_seed", to=-1), "a first seed from 0"),
@@ -112,7 +109,6 @@ ATTACKS: list[tuple[Callable[[Document], Any], str]] = [
     (put("policy", to="/etc/passwd.safetensors"), "policy is '/etc/passwd.safetensors', but must be of the package"),
     (put("policy", to="guarded:/tmp/x.zip"), "policy is"),
     (put("policy", to="guarded:" * 30), "policy is"),
-    (put("policy", to="agent.safetensors"), "policy is"),
     (put("policy", to="x" * 5000), "its policy has ended"),
     (put("policy", to="nobody"), "its policy has ended .*there is no policy 'nobody'"),
     (put("policy", to="hindsight"), "its policy has ended"),

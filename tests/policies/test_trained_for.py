@@ -69,14 +69,11 @@ def in_setup(line: str) -> tuple[str, str]:
         ('"aisi_52100"', '"inconel_718"', "part.material.name is 'inconel_718', but was 'aisi_52100'"),
         ('"a60j"', '"sg60j"', "setup.wheel.name is 'sg60j', but was 'a60j'"),
         ("stock = 0.2", "stock = 0.21", "part.stock is 0.21, but was 0.2"),
-        ("roughness_limit = 0.50", "roughness_limit = 0.25", "part.roughness_limit is 0.25, but was 0.5"),
-        ("height = 20", "height = 9", "part.height is 9, but was 20"),
         ("wheel_speed = 30", "wheel_speed = 30.001", "setup.wheel_speed is 30.001, but was 30"),
         ("load = 20", "load = 20\nwheel_change = 300", "times.wheel_change is 300, but was left out"),
         ("[times]", "[lots]\nprobability = 0.5\n\n[times]", "lots.probability is 0.5, but was 0.16666666666666666"),
         ("y = 10", "y = 11", "diamond.y is 11, but was 10"),
         (*in_setup("wheel_overrides = { price = 0.01 }"), "setup.wheel.price is 0.01, but was 0.0001"),
-        (*in_setup("machine_overrides = { power_limit = 4000.0 }"), "setup.machine.power_limit is 4000, but was"),
         (*in_setup('coolant = "always on"'), "setup.coolant is 'always on', but was 'by program'"),
         (
             "# [lots]",
@@ -100,10 +97,8 @@ def test_an_agent_of_another_job_is_refused_with_the_change(
     ("old", "new", "said"),
     [
         ("E15000.", "E14000.", "program block 5 E is '14000.', but was '15000.'"),
-        ("D1", "D2", "program block 5 D is '2', but was '1'"),
         ("E9000.", "", "program block 7 E is left out, but was '9000.'"),
         ("Y-.02 F60.", "Y-.03 F60.", "O9100 block 5 Y is '-0.03', but was '-0.02'"),
-        ("G01 Y0 F500.", "G01 Y0 F400.", "program block 4 F is '400.', but was '500.'"),
         ("N60 M01", "/N60 M01", "program block 6 / is '/', but was left out"),
         (
             "N80 G80",

@@ -52,10 +52,8 @@ def test_parameters_of_another_task_version_name_the_tuning_command(tmp_path, li
     command = f"python -m agents tune --task power_limited --policies adaptive_rule --parameters {tmp_path}"
     with pytest.raises(ConfigError) as caught:
         make_policy("adaptive_rule", PLATES, tmp_path)
-    assert str(caught.value) == (
-        f"the parameters in {path} are of task version {number}, and the tasks are now of version {TASK_VERSION}:"
-        f" run `{command}`"
-    )
+    place, _, remedy = str(caught.value).rpartition(": ")
+    assert place.startswith(f"the parameters in {path} are of task version {number}, ") and remedy == f"run `{command}`"
 
 
 def test_tuning_replaces_parameters_of_another_task_version(tmp_path):

@@ -105,26 +105,3 @@ def test_a_dress_without_passes_or_depth_leaves_the_wheel_unchanged() -> None:
         after, removed = dress_wheel(wheel, passes, 0.1, depth, p)
         assert after == pytest.approx(wheel, rel=1e-12)
         assert removed == 0.0
-
-
-@examples(50)
-@given(
-    p=st.sampled_from(SETUPS),
-    events=st.lists(
-        st.floats(0.0, 0.040) | st.tuples(st.integers(1, 6), st.floats(0.02, 0.30), st.floats(0.005, 0.040)),
-        min_size=20,
-        max_size=100,
-    ),
-)
-def test_any_sequence_of_strokes_and_dresses_stays_within_bounds(
-    p: StrokeParameters, events: list[float | tuple[int, float, float]]
-) -> None:
-    machine = grinder(p)
-    for event in events:
-        if isinstance(event, tuple):
-            passes, lead, depth = event
-            machine.new_part()
-            machine.dress(float(passes), lead, depth)
-        else:
-            machine.stroke(event)
-        assert_within_bounds(machine.wheel, p)

@@ -157,42 +157,6 @@ def test_worn_and_dressed_volumes_equal_the_missing_rings(history: list[Event]) 
             assert event.stroke.worn == pytest.approx(event.width * section, rel=1e-9, abs=2e-9)
 
 
-def test_g_ratio_is_stock_over_worn_wheel(history: list[Event]) -> None:
-    for event, stroke in strokes(history):
-        assert stroke.G * stroke.worn == pytest.approx(stroke.ae * event.length * event.width, rel=1e-12)
-
-
-def test_power_is_force_times_speed_and_energy_times_removal_rate(history: list[Event]) -> None:
-    for event, stroke in strokes(history):
-        assert stroke.power <= POWER
-        if stroke.torque >= 1.0:  # the spindle has stalled
-            continue
-        assert stroke.power == pytest.approx(event.width * stroke.Ft * stroke.vs, rel=1e-12)
-        assert stroke.vs <= set_speed(event) * (1.0 + 1e-12)
-        assert stroke.ae * event.speed == pytest.approx(stroke.Q, rel=1e-12)
-        assert stroke.heq * stroke.vs == pytest.approx(stroke.Q, rel=1e-12)
-        if stroke.ae > 0.0:
-            assert stroke.u_s * stroke.Q * event.width == pytest.approx(stroke.power, rel=1e-12)
-
-
-def test_a_stroke_without_contact_changes_nothing(history: list[Event]) -> None:
-    idle = [(event, stroke) for event, stroke in strokes(history) if event.before.W + event.S_before >= event.Z]
-    for event, stroke in idle:
-        assert event.after == event.before
-        assert stroke.power == stroke.T == stroke.torque == stroke.burn_ratio == 0.0
-    assert len(idle) > 50
-
-
-def test_a_stroke_that_only_rubs_removes_nothing_but_dulls(history: list[Event]) -> None:
-    rubbing = [(event, stroke) for event, stroke in strokes(history) if stroke.ae == 0.0 < stroke.Fn]
-    for event, stroke in rubbing:
-        assert event.S_after == event.S_before
-        assert event.after == event.before._replace(A=event.after.A)
-        assert event.after.A > event.before.A
-        assert stroke.power > 0.0
-    assert len(rubbing) > 50
-
-
 def test_a_rubbing_wheel_dulls_in_proportion_to_its_pressing_force() -> None:
     def dulling(share: float) -> float:
         machine = grinder(parameters())

@@ -7,17 +7,15 @@ those of model-2.md, section 10.
 import dataclasses
 import math
 import random
-from dataclasses import dataclass, field
-from typing import Any
 
 import pytest
 
 from grind_env.process.catalogue_parameters import stroke_parameters
 from grind_env.process.process_interface import PROCESS
 from grind_env.process.stroke_and_dress import dressed_wheel
-from grind_env.process.stroke_types import StrokeParameters, StrokeResult, WheelState
+from grind_env.process.stroke_types import StrokeResult
 from tests.process import prototype
-from tests.process.harness import CATALOGUE, grinder, parameters
+from tests.process.harness import CATALOGUE, WarmGrinder, grinder, parameters
 from tests.process.prototype import Setup, State
 
 NEAR = 1e-9  #: relative tolerance between bisection and closed form, after a thousand strokes that build on each other
@@ -67,31 +65,16 @@ def assert_alike(found: dict[str, float], expected: dict[str, float]) -> None:
     assert unlike == {}
 
 
-@dataclass
-class Both:
+class Both(WarmGrinder):
     """Package and prototype side by side, compared after every step."""
 
-    at: Setup
-    lead: float = 0.10
-    depth: float = 0.020
-    diamond_flat: float = 0.0
-    p: StrokeParameters = field(init=False)
-    constants: Any = field(init=False)
-    wheel: WheelState = field(init=False)
-    own: Any = field(default_factory=PROCESS.own)
-    Z: float = 0.0
-    S: float = 0.0
-    Rs: float = 1.6
-    second: State = field(init=False)
-
-    def __post_init__(self) -> None:
-        at = self.at
+    def __init__(self, at: Setup, lead: float = 0.10, depth: float = 0.020, diamond_flat: float = 0.0) -> None:
         entries = (at.material, at.wheel, at.dresser, at.fluid, at.machine)
-        self.p = stroke_parameters(*entries, wheel_speed=at.wheel_speed, width=at.width, height=at.height)
-        self.constants = PROCESS.constants(self.p, at.table_speed, at.length)
-        diameter = at.wheel.diameter
-        self.wheel = dressed_wheel(diameter, self.diamond_flat, self.lead, self.depth, self.p)
-        self.second = prototype.fresh(at, self.lead, self.depth, diameter=diameter, wd=self.diamond_flat)
+        p = stroke_parameters(*entries, wheel_speed=at.wheel_speed, width=at.width, height=at.height)
+        wheel = dressed_wheel(at.wheel.diameter, diamond_flat, lead, depth, p)
+        super().__init__(p, 0.06 * at.table_speed, wheel, at.width, at.length)
+        self.at = at
+        self.second = prototype.fresh(at, lead, depth, diameter=at.wheel.diameter, wd=diamond_flat)
         self.compare()
 
     def compare(self) -> None:
@@ -102,12 +85,7 @@ class Both:
         assert_alike(state, second)
 
     def stroke(self, downfeed: float = 0.0, seconds: float = 1.8) -> StrokeResult:
-        self.Z += downfeed
-        risen = self.Z + PROCESS.grown(self.own, self.constants)
-        self.wheel, self.own, stroke = PROCESS.stroke(
-            self.wheel, self.own, self.S, self.Rs, risen, self.at.width, self.constants, seconds
-        )
-        self.S, self.Rs = self.S + stroke.ae, stroke.Ra
+        stroke = super().stroke(downfeed, seconds)
         self.second, expected = prototype.ground(self.second, self.at, downfeed, seconds)
         if stroke.torque < 1.0:  # a stalled spindle has no other valid number
             assert stroke._asdict().keys() == expected.keys()
@@ -115,36 +93,30 @@ class Both:
             self.compare()
         else:
             assert expected["torque"] >= 1.0
-            self.meet()
+            # the prototype goes on from the state of the package
+            self.second = State(**self.wheel._asdict(), Z=self.Z, S=self.S, Rs=self.Rs, dT=tuple(self.own))
         return stroke
 
-    def strokes(self, count: int, downfeed: float = 0.0) -> list[StrokeResult]:
-        return [self.stroke(downfeed) for _ in range(count)]
-
-    def dress(self, passes: float = 2.0, lead: float = 0.10, depth: float = 0.020) -> None:
+    def dress(self, passes: float = 2.0, lead: float = 0.10, depth: float = 0.020) -> float:
         self.wheel, self.own, removed = PROCESS.dress(self.wheel, self.own, passes, lead, depth, self.p)
         assert removed == pytest.approx(prototype.dressed_off(self.second, self.at, passes, depth), rel=NEAR)
         self.second = prototype.dressed(self.second, self.at, passes, lead, depth)
         self.compare()
+        return removed
 
     def wait(self, seconds: float) -> None:
-        self.wheel, self.own = PROCESS.idle(self.wheel, self.own, self.p, seconds, False)
+        super().wait(seconds)
         self.second = prototype.waited(self.second, self.at, seconds)
         self.compare()
 
     def load(self) -> None:
-        self.wheel, self.own = PROCESS.idle(self.wheel, self.own, self.p, 20.0, True)
-        self.wheel, self.Z, self.S, self.Rs = self.wheel._replace(W=0.0), 0.0, 0.0, 1.6
+        super().load()
         self.second = prototype.loaded(self.second)
         self.compare()
 
     def dull(self, A: float) -> None:
         """Set the flats to an area."""
         self.wheel, self.second = self.wheel._replace(A=A), dataclasses.replace(self.second, A=A)
-
-    def meet(self) -> None:
-        """Set the prototype to the state of the package."""
-        self.second = State(**self.wheel._asdict(), Z=self.Z, S=self.S, Rs=self.Rs, dT=tuple(self.own))
 
 
 @pytest.mark.parametrize("case", CASES)

@@ -307,19 +307,6 @@ def heavy(limit: float, constant_surface_speed: bool = False) -> StrokeResult:
 CHIPS = 13.8 * 0.030 * 250.0 * 40.0  #: power of chip formation in this cut, W; independent of the wheel speed
 
 
-def test_an_overloaded_spindle_slows_at_its_power_limit() -> None:
-    free = heavy(UNLIMITED)
-    assert free.power > 9000.0
-    stroke = heavy(7500.0)
-    # all power but the chip power is proportional to the speed
-    assert stroke.vs == pytest.approx(30.0 * (7500.0 - CHIPS) / (free.power - CHIPS), rel=1e-6)
-    assert stroke.power == pytest.approx(7500.0, rel=1e-12)
-    assert (stroke.ae, stroke.Q) == pytest.approx((free.ae, free.Q), rel=1e-9)
-    # chips are thicker: rougher, more force per grain, more wear
-    for name in ("heq", "Ft", "Fn", "fg", "Rg", "dw", "torque"):
-        assert getattr(stroke, name) > getattr(free, name), name
-
-
 def test_the_spindle_stalls_where_it_has_slowed_to_its_stall_speed() -> None:
     limit = CHIPS + RS * (heavy(UNLIMITED).power - CHIPS)
     over, at, under = (heavy(share * limit) for share in (1.000001, 1.0, 0.999999))

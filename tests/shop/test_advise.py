@@ -12,7 +12,7 @@ from grind_env.envs.job.real_machine_episode import Measured, MeasuredEpisode
 from grind_env.errors import GrindError
 from grind_env.policies.learned.saved import load_policy
 from grind_env.policies.policy import Policy
-from grind_env.policies.problem_lookup import Problem, find_problem
+from grind_env.policies.problem_lookup import Problem
 from grind_env.policies.scripted.belief_rule import BeliefRule
 from grind_env.policies.scripted.handbook import Handbook
 from grind_env.policies.scripted.look_ahead import LookAhead
@@ -21,7 +21,7 @@ from grind_env.shop.advise.adviser import Adviser, policy_for
 from grind_env.shop.advise.operator_readings import check_readings, readings_of
 from grind_env.shop.advise.rehearsal import read
 from grind_env.shop.advise.variables_file import write_values
-from tests.shop.advising import DRESS, EXECUTED, INCHES, PLATE, RAIL, SEED, batch, rollout, saved_agent
+from tests.shop.advising import DRESS, EXECUTED, INCHES, PLATE, RAIL, SEED, batch, plate_in, rollout, saved_agent
 
 RULE = {"E": (12_000.0, 9_000.0), "A_dress": (0.0098, 0.0102), "gA": -0.9, "gF": 0.1, "gH": 0.0, "wV": 0.3, "wH": 0.0}
 
@@ -72,8 +72,7 @@ def test_the_adviser_repeats_the_decisions_of_its_policy_in_the_environment(
 
 
 def test_wheel_changes_and_new_lots_are_observed_as_in_the_environment(tmp_path: Path) -> None:
-    program = tmp_path / "part.nc"
-    program.write_bytes(PLATE.read_bytes())
+    program = plate_in(tmp_path)
     job = PLATE.with_suffix(".toml").read_text().replace("load = 20", "load = 20\nwheel_change = 300")
     lots = "[lots]\nprobability = 0.5\nstock = 0.2\n[wheel]\ndiameter = 220.1\n"
     program.with_suffix(".toml").write_text(f"{job}\n{lots}")
@@ -93,9 +92,8 @@ def test_wheel_changes_and_new_lots_are_observed_as_in_the_environment(tmp_path:
 
 
 def test_a_program_without_a_script_is_advised_without_a_belief(tmp_path: Path) -> None:
-    program = tmp_path / "part.nc"
+    program = plate_in(tmp_path)
     program.write_text(EXECUTED + DRESS)
-    program.with_suffix(".toml").write_bytes(PLATE.with_suffix(".toml").read_bytes())
     problem = batch(program, 3)
     simulation: Any = problem.simulation()
     default: Any = policy_for(None, simulation)
@@ -121,9 +119,8 @@ def test_roughness_is_observed_one_part_late_for_early_and_late_readings() -> No
 
 
 def test_advice_and_readings_of_an_inch_program_are_in_inches(tmp_path: Path) -> None:
-    program = tmp_path / "part.nc"
+    program = plate_in(tmp_path)
     program.write_text(INCHES + DRESS)
-    program.with_suffix(".toml").write_bytes(PLATE.with_suffix(".toml").read_bytes())
     simulation: Any = batch(program, 2).simulation()
     adviser = Adviser(simulation, policy_for("E12000D1", simulation))
     assert adviser.advice is not None and adviser.advice.words == {"E": "472.4409", "D": "1"}
@@ -136,10 +133,10 @@ def test_advice_and_readings_of_an_inch_program_are_in_inches(tmp_path: Path) ->
 
 
 def test_idle_power_is_subtracted_from_the_power_limit(tmp_path: Path) -> None:
-    job = PLATE.with_suffix(".toml").read_text()
-    (tmp_path / "p.nc").write_bytes(PLATE.read_bytes())
-    (tmp_path / "p.toml").write_text(job + "\n[setup.machine_overrides]\npower_limit = 2400\nidle_power = 600\n")
-    simulation: Any = find_problem(str(tmp_path / "p.nc"), None, 2).simulation()
+    program = plate_in(tmp_path)
+    with program.with_suffix(".toml").open("a") as job:
+        job.write("\n[setup.machine_overrides]\npower_limit = 2400\nidle_power = 600\n")
+    simulation: Any = batch(program, 2).simulation()
     policy: Any = policy_for(None, simulation)
     Adviser(simulation, policy)
     assert policy.rules[0].rows[0].power == 1800.0

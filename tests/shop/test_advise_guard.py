@@ -12,7 +12,7 @@ from grind_env.shop.advise.adviser import Adviser, policy_for
 from grind_env.shop.advise.forecast_comparison import ComparedReading, Shadow
 from grind_env.shop.advise.operator_readings import readings_of
 from grind_env.shop.advise.rehearsal import read
-from tests.shop.advising import PLATE, SEED, adviser_after, batch, rollout, session_of
+from tests.shop.advising import PLATE, SEED, adviser_after, batch, plate_in, rollout, session_of
 
 
 def test_advice_starts_at_the_programmed_E_and_rises_by_limited_steps() -> None:
@@ -31,8 +31,7 @@ def test_advice_stays_within_bounds() -> None:
 
 
 def test_advice_is_never_faster_than_the_table_of_the_machine(tmp_path: Path) -> None:
-    program, slow = tmp_path / "part.nc", "[setup]\nmachine_overrides = { maximum_table_speed = 16000 }"
-    program.write_bytes(PLATE.read_bytes())
+    program, slow = plate_in(tmp_path), "[setup]\nmachine_overrides = { maximum_table_speed = 16000 }"
     program.with_suffix(".toml").write_text(PLATE.with_suffix(".toml").read_text().replace("[setup]", slow))
     simulation: Any = batch(program, 2).simulation()
     adviser, speeds = Adviser(simulation, policy_for(None, simulation)), []

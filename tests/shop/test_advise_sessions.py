@@ -136,9 +136,7 @@ def test_the_origin_of_a_state_distinguishes_programs_jobs_and_policies(tmp_path
 
 
 def test_the_command_rereads_its_file_and_refuses_conflicting_input(grind: Grind, tmp_path: Path) -> None:
-    program, measured = tmp_path / "part.nc", tmp_path / "measured.csv"
-    program.write_bytes(advising.PLATE.read_bytes())
-    program.with_suffix(".toml").write_bytes(advising.PLATE.with_suffix(".toml").read_bytes())
+    program, measured = advising.plate_in(tmp_path), tmp_path / "measured.csv"
     measured.write_text("mean_power,size_error\n2500,\n")
     words = ("advise", program, "--parts", 2, "--measurements", measured)
     status, out, _ = grind(*words)
@@ -155,7 +153,6 @@ def test_the_command_rereads_its_file_and_refuses_conflicting_input(grind: Grind
         ((*words, "--policy", "hindsight"), "cannot advise at a machine"),
         ((*words, "--policy", other), "was trained for plate_g82_x5"),
         ((*words, "--rows", "day"), "--rows is 'day', but must be block or part"),
-        ((*words, "--write", program), "would be lost"),
         (("advise", program, "--follow"), "name it with --measurements"),
     ):
         status, _, err = grind(*wrong)

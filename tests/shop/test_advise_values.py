@@ -55,9 +55,6 @@ def test_values_may_be_written_to_a_called_program(grind: Grind, tmp_path: Path)
     values.write_text("#101=12000.\nG04 P1.\nM99\n")
     status, _, err = grind(*words, "--write", values)
     assert status == 2 and "O9050.nc is read here and would be lost" in err
-    (tmp_path / "m.csv").write_text("")
-    status, _, err = grind(*words, "--write", tmp_path / "m.csv")
-    assert status == 2 and "m.csv is read here and would be lost" in err
 
 
 def test_variables_that_the_program_sets_or_uses_itself_are_refused(grind: Grind, tmp_path: Path) -> None:

@@ -35,29 +35,24 @@ ASSIGNED = (
 )
 
 
-def asked_for(text: str, folder: Path, vary: str | None = None, fix: tuple[int, ...] = ()) -> Variation:
-    path = folder / "part.nc"
+def asked_for(text: str, tmp_path: Path, vary: str | None = None, fix: tuple[int, ...] = ()) -> Variation:
+    path = tmp_path / "part.nc"
     path.write_bytes(text.encode("latin-1"))
     options = options_of(vary and vary.split(","), fixed=fix, untried=True)
     return variation_of(read_file(path), text_of(read_bytes(path)), SHOP, options, 2, 1)
 
 
-def found_in(text: str, folder: Path, **asked: object) -> Optimised:
-    path = folder / "part.nc"
+def found_in(text: str, tmp_path: Path, **asked: object) -> Optimised:
+    path = tmp_path / "part.nc"
     path.write_text(text, encoding="utf-8")
     path.with_suffix(".toml").write_text(JOB + KNOWN, encoding="utf-8")
     return find_words(path, parts=3, seconds=1000.0, **asked)  # type: ignore[arg-type]
 
 
-@pytest.fixture
-def folder(tmp_path: Path) -> Path:
-    return tmp_path
-
-
 @pytest.mark.nightly
-def test_a_program_with_variables_is_optimised_like_its_twin_with_numbers(folder: Path) -> None:
+def test_a_program_with_variables_is_optimised_like_its_twin_with_numbers(tmp_path: Path) -> None:
     options = options_of(("E", "D", "J"), bounds={"D": (0, 1)})
-    theirs, mine = (found_in(text, folder, options=options) for text in (PLATE, ASSIGNED))
+    theirs, mine = (found_in(text, tmp_path, options=options) for text in (PLATE, ASSIGNED))
     assert [(word.name, word.before, word.after) for word in mine.words] == [
         (word.name, word.before, word.after) for word in theirs.words
     ]
@@ -75,9 +70,9 @@ def test_a_program_with_variables_is_optimised_like_its_twin_with_numbers(folder
     assert mine.quantity("cost").expected[1] == pytest.approx(part["total_cost"], rel=1e-9)
 
 
-def test_only_the_assigned_number_changes(folder: Path) -> None:
+def test_only_the_assigned_number_changes(tmp_path: Path) -> None:
     text = ASSIGNED.replace("\n", "\r\n").replace("(ROUGH)", "(#101=7, GRÖSSE)")
-    asked = asked_for(text, folder, "E,D,J")
+    asked = asked_for(text, tmp_path, "E,D,J")
     point = [*asked.start]
     for number in (0, 1, 4):
         point[number] -= 1
@@ -93,12 +88,12 @@ def test_only_the_assigned_number_changes(folder: Path) -> None:
     assert (rough.place, finish.place) == ("#101, line 7", "#102, line 8")
 
 
-def test_blocks_that_read_one_variable_are_varied_together(folder: Path) -> None:
+def test_blocks_that_read_one_variable_are_varied_together(tmp_path: Path) -> None:
     text = PLATE.replace("N30", "#101=12000\nN30", 1).replace("E15000.", "E#101").replace("E9000.", "E#101")
-    asked = asked_for(text, folder, "E")
+    asked = asked_for(text, tmp_path, "E")
     (speed,) = asked.choices.variables
     assert (speed.blocks, speed.place, speed.own) == ((0, 1), "#101, line 7", 12_000)
-    found = found_in(text, folder, options=options_of(["E"]))
+    found = found_in(text, tmp_path, options=options_of(["E"]))
     cost = grind(read(found.after), SHOP).parts["total_cost"][0]
     assert found.quantity("cost").expected[1] == pytest.approx(cost, rel=1e-9)
     new = found.after.splitlines()
@@ -106,33 +101,33 @@ def test_blocks_that_read_one_variable_are_varied_together(folder: Path) -> None
     assert [(word.name, word.place) for word in found.words] == [("E", "#101, line 7")]
 
 
-def test_each_assignment_of_a_variable_is_varied_separately(folder: Path) -> None:
+def test_each_assignment_of_a_variable_is_varied_separately(tmp_path: Path) -> None:
     text = (
         PLATE.replace("N30", "#1=15000.\nN30", 1)
         .replace("E15000.", "E#1")
         .replace("N60 M01", "N59 #1=9000.\nN60 M01")
         .replace("E9000.", "E#1")
     )
-    asked = asked_for(text, folder, "E")
+    asked = asked_for(text, tmp_path, "E")
     assert [(each.blocks, each.own, each.place) for each in asked.choices.variables] == [
         ((0,), 15_000, "#1, line 7"),
         ((1,), 9000, "#1, line 12"),
     ]
 
 
-def test_a_word_taken_over_from_the_block_before_is_varied_with_its_variable(folder: Path) -> None:
+def test_a_word_taken_over_from_the_block_before_is_varied_with_its_variable(tmp_path: Path) -> None:
     text = PLATE.replace("N30", "#101=12000\nN30", 1).replace("E15000.", "E#101").replace(" E9000.", "")
-    asked = asked_for(text, folder)
+    asked = asked_for(text, tmp_path)
     assert [each.blocks for each in asked.choices.variables if each.name == "E"] == [(0, 1)]
 
 
-def test_variables_in_inch_programs_and_feed_moves_are_varied(folder: Path) -> None:
-    inch = asked_for(INCH.replace("N30", "#1=590.55\nN30", 1).replace("E590.55", "E#1"), folder, "E")
+def test_variables_in_inch_programs_and_feed_moves_are_varied(tmp_path: Path) -> None:
+    inch = asked_for(INCH.replace("N30", "#1=590.55\nN30", 1).replace("E590.55", "E#1"), tmp_path, "E")
     assert [float(each.own * each.unit) for each in inch.choices.variables] == pytest.approx(
         [15_000.0, 9000.0], rel=1e-4
     )
-    strokes = asked_for(FEEDS.replace("N3 ", "#1=9000\nN3 ", 1).replace("F9000.", "F#1") + DRESS, folder)
-    literal = asked_for(FEEDS + DRESS, folder)
+    strokes = asked_for(FEEDS.replace("N3 ", "#1=9000\nN3 ", 1).replace("F9000.", "F#1") + DRESS, tmp_path)
+    literal = asked_for(FEEDS + DRESS, tmp_path)
     assert [each.own for each in strokes.choices.variables] == [each.own for each in literal.choices.variables]
 
 
@@ -146,17 +141,19 @@ KEPT = {
 
 
 @pytest.mark.parametrize(("assigned", "remedy"), KEPT.items())
-def test_a_remark_gives_the_remedy_for_a_word_without_its_own_number(assigned: str, remedy: str, folder: Path) -> None:
+def test_a_remark_gives_the_remedy_for_a_word_without_its_own_number(
+    assigned: str, remedy: str, tmp_path: Path
+) -> None:
     text = PLATE.replace("N30", f"{assigned}\nN30", 1).replace("E15000.", "E#101")
-    asked = asked_for(text, folder)
+    asked = asked_for(text, tmp_path)
     (remark,) = asked.choices.remarks
     assert remark.startswith(f"N50: E#101 is kept as it is; write a number there, or {remedy}")
     assert all("#101" not in each.place for each in asked.choices.variables)
 
 
-def test_a_fixed_block_fixes_the_variable_it_shares(folder: Path) -> None:
+def test_a_fixed_block_fixes_the_variable_it_shares(tmp_path: Path) -> None:
     text = PLATE.replace("N30", "#101=12000\nN30", 1).replace("E15000.", "E#101").replace("E9000.", "E#101")
-    asked = asked_for(text, folder, fix=(70,))
+    asked = asked_for(text, tmp_path, fix=(70,))
     assert [each.name for each in asked.choices.variables] == ["D"]
     assert asked.choices.remarks == (
         "N50: E#101 is kept as it is; write a number there, or give it a variable of its own, for N70, which is kept, "
@@ -164,15 +161,15 @@ def test_a_fixed_block_fixes_the_variable_it_shares(folder: Path) -> None:
     )
 
 
-def test_a_variable_read_by_two_kinds_of_words_is_not_varied(folder: Path) -> None:
+def test_a_variable_read_by_two_kinds_of_words_is_not_varied(tmp_path: Path) -> None:
     text = PLATE.replace("N30", "#101=1\nN30", 1).replace("D1", "D#101").replace("L4", "L#101")
     with pytest.raises(OptionError, match=r"N50: D#101 is kept .* this one is read in line 14, too"):
-        asked_for(text, folder, "D", fix=(70,))
+        asked_for(text, tmp_path, "D", fix=(70,))
 
 
-def test_a_dress_interval_is_written_into_the_assignment_of_D(folder: Path) -> None:
+def test_a_dress_interval_is_written_into_the_assignment_of_D(tmp_path: Path) -> None:
     text = PLATE.replace("N30", "#103=1\nN30", 1).replace("D1", "D#103")
-    asked = asked_for(text, folder, "D,interval")
+    asked = asked_for(text, tmp_path, "D,interval")
     (executions, *_) = asked.choices.variables
     assert executions.place == "#103, line 7"
     point = (1, *(0 for _ in asked.counts[2:]), len(asked.choices.intervals) - 1)
@@ -183,9 +180,9 @@ def test_a_dress_interval_is_written_into_the_assignment_of_D(folder: Path) -> N
     assert trials.own[:, 1].tolist() == [0, 0, 1, 0]
 
 
-def test_a_variable_set_from_outside_is_not_varied(folder: Path) -> None:
+def test_a_variable_set_from_outside_is_not_varied(tmp_path: Path) -> None:
     text = PLATE.replace("E15000.", "E#101")
-    found = found_in(text, folder, variables={101: 12_000.0})
+    found = found_in(text, tmp_path, variables={101: 12_000.0})
     assert {word.place for word in found.words} == {"N50", "N70", "dresses"}
     assert (
         "N50: E#101 is kept as it is; write a number there, or assign one in the program, for #101 has a value from "

@@ -58,27 +58,10 @@ TABLE = """table_speed [m/min];downfeed [um];volume;Ft [N/mm];Fn [N/mm];Ra [um]
 """
 
 
-@pytest.fixture(scope="module")
-def plain_settings(tmp_path_factory: pytest.TempPathFactory) -> float:
-    return fitted(tmp_path_factory.mktemp("table"), "1200")
-
-
-def fitted(folder: Path, volume: str) -> float:
-    """Return the ploughing pressure fitted to the table with this text as its larger volume."""
-    (folder / "table.csv").write_text(TABLE.format(volume, volume), encoding="utf-8")
-    found = calibrate_table(folder / "table.csv", EXAMPLES / "plate_g82.toml", names=["ploughing_pressure"])
-    return found.estimates[0].value
-
-
-@pytest.mark.parametrize("volume", ["1'200", f"1{NBSP}200", '"1,200"', "1.2e3"])
-def test_a_volume_is_read_in_four_notations(volume: str, plain_settings: float, tmp_path: Path) -> None:
-    assert fitted(tmp_path, volume) == plain_settings
-
-
 @pytest.mark.parametrize("volume", ["~1200", "1_200", "±1200", "<1200", "1200 mm"])
 def test_a_volume_that_is_no_number_is_refused(volume: str, tmp_path: Path) -> None:
     with pytest.raises(SheetError, match=re.escape(repr(volume)) + ".* in row 3"):
-        fitted(tmp_path, volume)
+        calibrate_table(write(tmp_path / "table.csv", TABLE.format(volume, volume)), EXAMPLES / "plate_g82.toml")
 
 
 def test_one_invalid_volume_among_many_is_refused(tmp_path: Path) -> None:

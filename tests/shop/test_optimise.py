@@ -130,6 +130,7 @@ def test_the_reason_names_a_limit_that_forbids_all_programs(tmp_path: Path, caps
     told = json.loads(capsys.readouterr().out)
     assert told["verdict"] == "infeasible"
     assert told["reason"].startswith("the limit of Ra forbids all programs tried")
+    assert [(limit["name"], limit["price"]) for limit in told["limits"] if limit["binds"]] == [("Ra", None)]
     assert not output.exists()
 
 
@@ -286,11 +287,9 @@ def test_a_budget_too_short_for_one_trial_is_refused_with_a_remedy(
     [
         (["--vary", "E,Q"], "there is no 'Q'"),
         (["--bounds", "E=9000"], "'9000' is no range of E"),
-        (["--bounds", "E=9000..8000"], "write 8000..9000"),
         (["--bounds", "E=9000..90000"], "40000 is the most here"),
         (["--margin", "heat=.5"], "there are power, rise, Ra, size"),
         (["--margin", "power=85"], "power=85 is 85 times the limit, and no share of it; write a number up to 1, such"),
-        (["--margin", "Ra=1.2"], "write a number up to 1"),
         (["--budget", "soon"], "write 60s, 2min or '2000 programs'"),
         (["--fix", "N51"], "N51 is no cycle block"),
     ],
@@ -330,14 +329,6 @@ def test_only_a_limit_next_to_the_best_settings_binds(tmp_path: Path) -> None:
     limits = {limit.name: limit for limit in found.limits}
     assert [name for name, limit in limits.items() if limit.binds] == ["Ra"]
     assert 0.62 < limits["Ra"].after <= 0.68 < (limits["Ra"].without or 0.0) < 0.8
-
-
-@pytest.mark.usefixtures("few_lots")
-def test_an_infeasible_search_reports_the_exceeded_limit_as_binding() -> None:
-    options = options_of(("E",), {"E": (5000, 9000)}, margins={"Ra": 0.2})
-    found = find_words(EXAMPLES / "plate_g82.nc", None, options, parts=2, seconds=1000.0)
-    assert found.verdict is Verdict.INFEASIBLE
-    assert [(limit.name, limit.price) for limit in found.limits if limit.binds] == [("Ra", None)]
     assert any(sentence.startswith("the limit of Ra binds: ") for sentence in sentences(found))
 
 

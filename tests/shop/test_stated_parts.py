@@ -74,7 +74,6 @@ def job_with(*parts: PartConditions) -> Job:
 @pytest.mark.parametrize(
     ("job", "told"),
     [
-        (job_with(*PARTS[:2]), "grinds more parts than the 2 that have conditions"),
         (job_with(*PARTS[:2], PartConditions(factors={"wi": 2.0})), "part 3 has a factor on wi"),
         (
             job_with(*PARTS[:2], PartConditions(factors={"pm": 1.1}, new_wheel_factors={"kA": 1.2})),

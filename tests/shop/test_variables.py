@@ -88,27 +88,6 @@ def in_a_batch(text: str, parts: int, variables: Mapping[int, float]) -> list[tu
     return [(each.plan.feed, each.plan.dresses, each.plan.depth_target) for each in simulation.blocks]
 
 
-@pytest.mark.parametrize("start", [0, 1, 2])
-def test_common_variables_carry_over_from_part_to_part(start: int) -> None:
-    held = {500: float(start)}
-    found = in_a_batch(COUNTING, 7, held)
-    assert found == list(by_hand(COUNTING, 7, held))
-    assert [part + 1 for part in range(7) if found[2 * part][1]] == list(range(EVERY - start, 8, EVERY))
-
-
-def test_a_batch_is_ground_like_its_single_runs() -> None:
-    shop, held = job(), {500: 0.0}
-    batch = grind(repeated(read(COUNTING), 4), replace(shop, variables=held))
-    dresses = []
-    for part in range(4):
-        record = grind(read(COUNTING), replace(shop, variables={500: float(part % EVERY)}))
-        mine = batch.strokes[batch.strokes["part"] == part + 1]
-        for name in ("E", "Z", "number"):
-            assert np.array_equal(mine[name], record.strokes[name])
-        dresses.append(record.dresses.size)
-    assert dresses == [np.sum(batch.dresses["part"] == part + 1) for part in range(4)] == [0, 0, 1, 0]
-
-
 def test_local_variables_start_every_run_with_the_same_values() -> None:
     text = HEAD + "IF [#1 EQ #0] THEN #1=5\n#1=#1+1\n" + ROUGH.format("D[#1-5]") + TAIL + DRESS
     for held in ({}, {1: 6.0}):
