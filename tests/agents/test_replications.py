@@ -9,14 +9,21 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from agents.benchmark.plan import BenchmarkCell
+from agents.benchmark.cpu_time import DECISION
+from agents.benchmark.plan import HELD_OUT, BenchmarkCell
 from agents.benchmark.replication_study import check_sets, compared, page, replicate, verdicts_of
 from agents.benchmark.results import Result, read_results, result_of
+from agents.evaluation_cache import RESULTS
 from agents.study import Options
+from grind_env.envs.distribution_splits import EVERY
+from grind_env.envs.task_names import CORE
 from grind_env.policies.evaluation import run_seeds
+from grind_env.policies.nominal_model import model_beside, on
 from grind_env.policies.policy import Sees
+from grind_env.policies.policy_lookup import SHIPPED, named_policy
 from grind_env.policies.problem_lookup import find_problem
 from grind_env.policies.registry import make_policy
+from grind_env.policies.score_statistics import prediction
 from grind_env.policies.tuned_parameters import ConfigError
 from tests.agents.asking import evaluation, in_process, status
 
@@ -41,6 +48,25 @@ def test_the_interval_covers_the_mean_on_other_seeds_at_its_confidence() -> None
     assert np.mean([each.high - each.low for each in told]) == pytest.approx(width, rel=0.05)
     (dearer,) = compared(known[:1], {FIRST: [row("constant", 9.0 + rng.gamma(2.0, 3.0, 64))]})
     assert not dearer.holds and dearer.found > dearer.high
+
+
+@pytest.mark.nightly
+def test_published_rows_hold_on_other_machines_at_their_confidence() -> None:
+    episodes, rows = 128, read_results(RESULTS)
+    held = []
+    for problem in map(find_problem, CORE):
+        machines = on(problem, HELD_OUT)
+        for each in rows:
+            bundled = each.seed is None or (each.seed == 0 and (SHIPPED / each.policy).is_dir())
+            if each.task != problem.name or not bundled or each.policy in DECISION or not len(each.plants_cost):
+                continue
+            policy, expected = named_policy(each.policy, problem.simulation()), prediction(each.plants_cost, episodes)
+            for first in range(31_000_000, 31_000_000 + 24 * episodes, episodes):
+                seeds = range(first, first + episodes)
+                found = run_seeds(policy, machines.simulation(), seeds, EVERY, model_beside(machines)).cost.mean()
+                held.append(expected.low <= found <= expected.high)
+    print(f"{100.0 * np.mean(held):.1f} % of {len(held)} means are inside the 95 % prediction intervals")
+    assert len(held) > 24 * 7 * 10 and np.mean(held) >= 0.93
 
 
 def test_the_verdict_takes_the_agent_and_rule_published_as_best() -> None:

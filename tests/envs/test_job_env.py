@@ -500,6 +500,14 @@ def test_the_environment_gives_the_reason_why_a_program_has_no_script(
     assert_same_record(grind(read(env.part_program()), env.written().job), env.record())
 
 
+def test_the_observation_begins_with_the_volume_that_the_wheel_has_ground(tmp_path: Path) -> None:
+    env = job_env.make(written(tmp_path, BATCH, f"{JOB}\n[wheel]\nvolume_since_dress = 300\n"), spread=0.0)
+    read = env.simulation.read
+    assert read(env.reset(seed=0)[0][None])["volume"] == pytest.approx(300.0)
+    after = env.step(env.codec.encode(12_000.0, 0)[0])[0]
+    assert read(after[None])["volume"] == pytest.approx(300.0 + 0.05 * 200.0, rel=0.01)
+
+
 def test_a_wheel_change_at_the_end_of_an_executed_program_takes_time(tmp_path: Path) -> None:
     cycle = "G82 X230. I-30. Y-.03 J-.01 F1. E12000. P9100"
     plate = f"G71 G94 G90 G19 S1910 M03 M08\nG00 X-30. Y0 Z0\n{cycle}\nG80\nG00 Y20.\nM30\n"

@@ -72,7 +72,6 @@ def job_task(name: str, job: Job, spread: float, file: str) -> Task:
     """
     task = load_task("power_limited")
     # a task asks for more of its parts than a job: whole micrometres, and no part wider than the wheel
-    stock, length = max(round(job.part.stock, 3), 0.001), round(job.part.length, 3)
     width = min(round(job.part.width, 3), task.wheel.width)
     return replace(
         task,
@@ -84,9 +83,9 @@ def job_task(name: str, job: Job, spread: float, file: str) -> Task:
         kinds=(
             replace(
                 task.kinds[0],
-                stock=stock,
+                stock=max(round(job.part.stock, 3), 0.001),
                 width=width,
-                length=length,
+                length=round(job.part.length, 3),
                 tolerance=job.part.tolerance,
                 scrap=job.part.scrap_cost,
             ),
