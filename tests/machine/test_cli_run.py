@@ -227,7 +227,7 @@ def test_help_names_the_pages_that_explain_stops_dresses_and_columns(capsys: pyt
     shop, job, page = pages
     said = " ".join((shop.read_text(encoding="utf-8") + job.read_text(encoding="utf-8")).split())
     for words in (
-        "after each M00",
+        "M00 means that the operator loads the next part",
         "At M01 the simulated operator gauges",
         "[[part.stages]]",
         "a dress program called by M98",

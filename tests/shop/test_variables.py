@@ -115,7 +115,7 @@ def jumping(draw: st.DrawFn) -> str:
 
 @examples(20)
 @given(text=jumping(), parts=st.integers(1, 5), start=st.integers(0, 3))
-def test_jumps_stay_in_their_run(text: str, parts: int, start: int) -> None:
+def test_common_variables_carry_over_and_jumps_stay_in_their_run(text: str, parts: int, start: int) -> None:
     held = {500: float(start)}
     events = execute(repeated(read(text), parts, held), Control(variables=held))
     events.set_wheel_radius(150.0)
