@@ -13,7 +13,7 @@ from grind_env.shop.commands.arguments import BATCH, FirstVariables, JobFile, Ot
 def advise(
     program: ProgramFile,
     job: JobFile = None,
-    policy: Annotated[str | None, typer.Option(help="Not the adviser: E12000D0, agent, my_rule:MyRule."), FILE] = None,
+    policy: Annotated[str | None, typer.Option(help="Agent file, E12000D0 or module:Name as adviser."), FILE] = None,
     other_part: OtherPart = False,
     parts: Annotated[int, typer.Option(help="Parts in a batch.")] = BATCH,
     variables: FirstVariables = None,
@@ -33,7 +33,7 @@ def advise(
         typer.Option(help="Write E and D as #101=... to this file."),
         Writes(replaceable=VALUES, always=True, may_be_input=True),
     ] = None,
-    max_step: Annotated[float, typer.Option(help="Usual largest factor on E per part.")] = 1.25,
+    max_step: Annotated[float, typer.Option(help="Largest usual rise of E, a factor.")] = 1.25,
     bounds: Annotated[
         tuple[float, float] | None, typer.Option(metavar="LOW HIGH", help="Range of E, mm/min; default 3000 30000.")
     ] = None,

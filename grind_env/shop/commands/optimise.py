@@ -19,7 +19,7 @@ def optimise(
     program: arguments.ProgramFile,
     job: arguments.JobFile = None,
     vary: Annotated[str | None, typer.Option(help="E,D,interval (default),J,L,lead,depth,passes.")] = None,
-    bounds: Annotated[list[str] | None, typer.Option(help="Ranges: E=5000..9000 (mm/min),interval=1..8")] = None,
+    bounds: Annotated[list[str] | None, typer.Option(help="E=5000..9000 (mm/min),interval=1..8 (runs)")] = None,
     margin: Annotated[
         list[str] | None, typer.Option(help="Usable share of power, rise, Ra or size: power=.85.")
     ] = None,
