@@ -5,7 +5,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
 MOST_LINES = {
-    ("grind_env/*.py", "agents/*.py"): 63_585,
+    ("grind_env/*.py", "agents/*.py"): 63_584,
     ("tests/*.py",): 49_447,
     ("docs/tools/*", ".ci/*"): 1_730,
 }

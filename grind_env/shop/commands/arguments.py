@@ -20,7 +20,7 @@ CsvFile = Annotated[Path | None, typer.Option("--csv", help="Write a table for s
 AsJson = Annotated[bool, typer.Option("--json", help="Print the result as one JSON object.")]
 Seed = Annotated[int, typer.Option(min=0, help="Seed of the random numbers.")]
 BlockDelete = Annotated[bool, typer.Option("--block-delete", help="Skip blocks that begin with '/'.")]
-MaxBlocks = Annotated[int | None, typer.Option(help="Stop after this many blocks and strokes; default 500000.")]
+MaxBlocks = Annotated[int | None, typer.Option(help="Refuse more blocks and strokes than this; default 500000.")]
 GrooveRetract = Annotated[float | None, typer.Option(help="Retract of G76 and G77, mm; default 0.5.")]
 Variables = Annotated[list[str] | None, typer.Option("--set", help="Set a # variable: '#101=15000'; repeatable.")]
 FirstVariables = Annotated[
@@ -31,7 +31,7 @@ OtherPart = Annotated[bool, typer.Option("--other-part", help="Accept an agent t
 Untried = Annotated[bool, typer.Option("--untried", help="The program never ran: keep machines that make scrap.")]
 DressAt = Annotated[list[float] | None, typer.Option(help="The operator asks for a dress at this time, s; repeatable.")]
 Interrupts = Annotated[
-    list[str] | None, typer.Option("--interrupt", help="Interrupt: O9200 at 12.5 s, 9200@12.5; repeatable."), Requests()
+    list[str] | None, typer.Option("--interrupt", help="Call O9200 at 12.5 s: 9200@12.5; repeatable."), Requests()
 ]
 
 

@@ -82,6 +82,8 @@ def optimise(
         write_figure(tables.draw_optimised(found), plot)
     if csv is not None:
         write_csv(csv, tables.values_table(found).plain())
+    if report is not None:
+        write_page(report, optimised_report(found, load_job(path), {"program": program, "job": path}))
     if as_json:
         print(json.dumps(tables.as_data(found)))
     else:
@@ -89,9 +91,6 @@ def optimise(
         if found.verdict.is_written:
             run = f"grind run {shlex.quote(str(output))} --job {shlex.quote(str(path))}"
             print("next: add -o FILE to write the program" if output is None else f"written to {output}; next: {run}")
-    if report is not None:
-        files = {"program": program, "job": path}
-        write_page(report, optimised_report(found, load_job(path), files))
     if found.verdict is not Verdict.BETTER:
         forbidden = found.verdict in (Verdict.INFEASIBLE, Verdict.NEARER)
         raise typer.Exit(INFEASIBLE if forbidden else NOT_BETTER)
